@@ -124,7 +124,7 @@ def swim(
         push = effort[k] + disturbance[k]
         state, angles = _step(body, inverse, moving, state, angles, push)
     table = np.array(rows)
-    time = STEP_S * LOG_EVERY * np.arange(table.shape[0])
+    time: Array = np.asarray(STEP_S * LOG_EVERY * np.arange(table.shape[0]), dtype=np.float64)
     noise = np.where(np.arange(6) < 3, sensors.along, sensors.about)
     table[:, :6] += noise * rng.standard_normal((table.shape[0], 6))
     streams = {name: (time, table[:, k]) for k, name in enumerate(RATES) if moving[k]}
@@ -171,9 +171,7 @@ def _step(
     return state, angles + STEP_S * _spin(tilted, half)
 
 
-def _rise(
-    body: Body, inverse: Array, moving: NDArray[np.bool_], v: Array, angles: Array, push: Array
-) -> Array:
+def _rise(body: Body, inverse: Array, moving: NDArray[np.bool_], v: Array, angles: Array, push: Array) -> Array:
     """ν̇_r."""
     momentum = (body.mass * np.outer(moving, moving)) @ v
     turning = np.concatenate(

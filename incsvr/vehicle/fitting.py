@@ -26,7 +26,7 @@ MIN_FALL = 1e-4
 RELATIVE_DIFFERENCE = 1e-4
 """Of a parameter's scale, for the slopes."""
 PRIOR_SCALES = 30.0
-"""Deviation of a parameter's prior about its start, in its scale: it only keeps what is not excited from running away."""
+"""Deviation of a parameter's prior about its start, in its scale: it only holds what is not excited."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +140,7 @@ def slopes(windows: Windows, structure: Structure, parameters: Array, scale: Arr
 
 
 def robust_variance(error: Array) -> Array:
-    """(axes,) the variance of most windows' errors: the median of their mean squares over that of χ² with few freedoms."""
+    """(axes,) the variance of most windows' errors: the median of their mean squares over that of normal ones."""
     return np.asarray(np.median(np.mean(error**2, axis=1), axis=0) / 0.7 + 1e-18)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -31,8 +32,8 @@ from incsvr.vehicle.validation import Errors, alone, errors
 MIN_WINDOWS_A_PARAMETER = 2.0
 """Windows of which there must be so many for each parameter: fewer can be fitted by anything."""
 WINDOW_CELLS = int(CELLS_A_SCALE)
-"""Cells of a window, which lasts the shortest time over which a velocity stays correlated: a longer one has more ways to
-end in a local minimum, and predicts measured vehicles no better."""
+"""Cells of a window, which lasts the shortest time over which a velocity stays correlated: longer ones end in a local
+minimum more often, and predict measured vehicles no better."""
 PARTS = 4
 """Parts of the data that are predicted by the others where no other recording is given."""
 
@@ -101,16 +102,19 @@ def identify(
             "--column surge_force=NAME --column torque=NAME"
         )
     scales = Scales.of(motion, {one: value for (one, other), value in declared.items() if one == other})
-    structures = [_whole(axes, driven, motion, declared, scales, tied) for tied in ((True, False) if set(axes) - set(driven) else (True,))]
+    choices = (True, False) if set(axes) - set(driven) else (True,)
+    structures = [_whole(axes, driven, motion, declared, scales, tied) for tied in choices]
     structure = structures[0]
     windows = Windows(motion, motion.windows(WINDOW_CELLS), WINDOW_CELLS)
     if windows.first.size < MIN_WINDOWS_A_PARAMETER * structure.size:
         least = MIN_WINDOWS_A_PARAMETER * structure.size * WINDOW_CELLS * motion.step
         raise BadInput(
-            f"the recordings hold {motion.seconds:.3g} s of motion; {structure.size} parameters of {len(axes)} axes need "
-            f"at least {least:.3g} s: give more recordings"
+            f"the recordings hold {motion.seconds:.3g} s of motion; {structure.size} parameters of {len(axes)} axes "
+            f"need at least {least:.3g} s: give more recordings"
         )
-    fitted = _best([fit(windows, each, *scales.start(each), scales.bounds(each)) for each in structures], windows, scales)
+    fitted = _best(
+        [fit(windows, each, *scales.start(each), scales.bounds(each)) for each in structures], windows, scales
+    )
     fitted = reduced(windows, fitted, scales)
     candidates = [*extras(axes, driven, motion.recorded), *driven]
     fitted = extended(windows, fitted, candidates, scales)
@@ -231,7 +235,7 @@ def _parts(motion: WholeMotion) -> list[tuple[Windows, WholeMotion]]:
     """Windows of all but one part of the data, and that part."""
     edges = np.linspace(0, motion.velocity.shape[0], PARTS + 1).astype(int).tolist()
     found = []
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in pairwise(edges):
         inside = motion.between(a, b)
         first = motion.windows(WINDOW_CELLS)
         rest = first[(first + WINDOW_CELLS < a) | (first >= b)]

@@ -11,6 +11,8 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
+from incsvr.vehicle.motion import WholeMotion
+from incsvr.vehicle.simulation import decay, simulate
 from incsvr.vehicle.structure import Structure
 from incsvr.vehicle.terms import Term
 
@@ -84,6 +86,19 @@ class Vehicle:
         """M (6, 6)."""
         return np.asarray(self.structure.mass_matrix(self.parameters[None])[0])
 
+    @property
+    def decay(self) -> float:
+        """The largest rate at which a velocity decays within the data [1/s]."""
+        rows = self.structure.rows
+        inverse = np.linalg.inv(self.mass_matrix[np.ix_(rows, rows)])
+        return decay(self.structure, self.parameters[None], np.asarray(inverse, dtype=np.float64)[None], self.fastest)
+
+    def free_run(self, motion: WholeMotion) -> Array:
+        """ν (n, 6) over the motion's one run, from its first velocities and its efforts."""
+        first = np.zeros(1, dtype=np.intp)
+        course = simulate(self.structure, self.parameters[None], motion, first, motion.velocity.shape[0] - 1)
+        return course[:, 0, 0]
+
     def to_dict(self) -> dict[str, Any]:
         """As plain data, in the form of a vehicle file."""
         terms: dict[str, dict[str, Any]] = {name: {} for name in self.axes}
@@ -108,7 +123,9 @@ class Vehicle:
             BadInput: naming what is missing or wrong.
         """
         if data.get("vehicle_file") != 1:
-            raise BadInput("this is no vehicle file: its first line must be vehicle_file: 1 (`incsvr identify --write`)")
+            raise BadInput(
+                "this is no vehicle file: its first line must be vehicle_file: 1 (`incsvr identify --write`)"
+            )
         try:
             terms = {
                 _term(axis, name): Parameter.of(parameter)
@@ -120,7 +137,9 @@ class Vehicle:
             fastest = np.array([float(data["fastest"][name]) for name in AXES])
             axes, driven = _axes(data["axes"]), _axes(data["driven"])
         except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise BadInput(f"the vehicle file is incomplete or damaged ({error!r}); write it anew with `incsvr identify`") from None
+            raise BadInput(
+                f"the vehicle file is incomplete or damaged ({error!r}); write it anew with `incsvr identify`"
+            ) from None
         return Vehicle(str(data["name"]), axes, driven, mass, terms, lags, fastest)
 
 

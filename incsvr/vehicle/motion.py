@@ -165,7 +165,7 @@ def _cells(streams: Streams, step: float) -> tuple[Array, Array, Array] | None:
     count = int((last - first) / step + 1e-9)
     if count < MIN_RUN_CELLS:
         return None
-    edges = first + step * np.arange(count + 1)
+    edges = np.asarray(first + step * np.arange(count + 1), dtype=np.float64)
     velocity, effort, angle = np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, 3))
     for k, name in enumerate(VELOCITIES):
         if name in streams:

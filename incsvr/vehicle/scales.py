@@ -1,4 +1,4 @@
-"""Where the search for a vehicle's parameters begins, how large they are, and between which bounds physics allows them."""
+"""Where the search for a vehicle's parameters begins, their orders of magnitude, and the bounds of physics."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from incsvr.vehicle.terms import BIAS, EFFORT, INFLOW, LINEAR, QUADRATIC, REVERS
 MASS_RANGE = 30.0
 """Factor by which an inertia may differ from its first guess: a guess from accelerations is rarely off by ten."""
 PASSIVE_SHARE = 0.3
-"""Effort of an axis without actuators, in that of the most driven one of its kind: what Coriolis forces usually make."""
+"""Effort of an axis without actuators, in that of the most driven one of its kind: Coriolis forces are so large."""
 MAX_LAG_CELLS = 40.0
 """Longest lag, in cells."""
 

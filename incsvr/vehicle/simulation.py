@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from incsvr.numerics import Array
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.structure import Structure
+from incsvr.vehicle.terms import LINEAR, QUADRATIC
 
 MAX_STEP_DAMPING = 1.0
-"""Largest product of a step and the rate of decay of a velocity: the method errs by less than one per cent of a step."""
+"""Largest product of a step and the rate of decay of a velocity: the method errs by less than 1 % of a step."""
 MAX_SUBSTEPS = 8
 """Steps of a cell at most: a model that decays faster is clipped, and fits badly."""
 RUNAWAY = 5.0
@@ -51,7 +52,7 @@ class Drive:
         """For parameters (models, size)."""
         mass = structure.mass_matrix(parameters)
         rows = structure.rows
-        inverse = np.linalg.inv(mass[:, rows][:, :, rows])
+        inverse = np.asarray(np.linalg.inv(mass[:, rows][:, :, rows]), dtype=np.float64)
         limit = RUNAWAY * np.abs(motion.velocity).max(axis=0) + 1e-9
         return Drive(motion, structure, parameters, structure.efforts(parameters, motion), mass, inverse, limit)
 
@@ -62,25 +63,36 @@ class Drive:
         for k, term in enumerate(self.structure.terms):
             force[..., term.row] -= coefficients[:, k, None] * term.value(velocity, effort, angle)
         simulated = force[..., self.structure.rows]
-        return np.einsum("bij,bnj->bni", self.inverse, simulated)
+        return np.asarray(np.einsum("bij,bnj->bni", self.inverse, simulated))
 
     def substeps(self) -> int:
         """Into how many steps a cell is divided, so that no velocity decays too fast."""
-        own = self.structure.terms
-        coefficients = self.structure.coefficients(self.parameters)
-        decay = np.zeros((self.parameters.shape[0], 6))
-        fastest = np.abs(self.motion.velocity).max(axis=0)
-        for k, term in enumerate(own):
-            if term.kind == "linear":
-                decay[:, term.row] += np.abs(coefficients[:, k])
-            elif term.kind == "quadratic":
-                decay[:, term.row] += 2.0 * np.abs(coefficients[:, k]) * fastest[term.row]
-        rows = self.structure.rows
-        rate = decay[:, rows] * np.einsum("bii->bi", self.inverse)
-        return int(np.clip(np.ceil(self.motion.step * rate.max(initial=0.0) / MAX_STEP_DAMPING), 1, MAX_SUBSTEPS))
+        rate = decay(self.structure, self.parameters, self.inverse, np.abs(self.motion.velocity).max(axis=0))
+        return int(np.clip(np.ceil(self.motion.step * rate / MAX_STEP_DAMPING), 1, MAX_SUBSTEPS))
 
 
-def simulate(structure: Structure, parameters: Array, motion: WholeMotion, first: NDArray[np.intp], cells: int) -> Array:
+def decay(structure: Structure, parameters: Array, inverse: Array, fastest: Array) -> float:
+    """The largest rate at which a velocity of any of the models decays [1/s].
+
+    Args:
+        parameters: (models, size).
+        inverse: (models, axes, axes) of the simulated part of M.
+        fastest: (6,) fastest velocities.
+    """
+    coefficients = structure.coefficients(parameters)
+    slope = np.zeros((parameters.shape[0], 6))
+    for k, term in enumerate(structure.terms):
+        if term.kind == LINEAR:
+            slope[:, term.row] += np.abs(coefficients[:, k])
+        elif term.kind == QUADRATIC:
+            slope[:, term.row] += 2.0 * np.abs(coefficients[:, k]) * fastest[term.row]
+    rate = slope[:, structure.rows] * np.einsum("bii->bi", inverse)
+    return float(rate.max(initial=0.0))
+
+
+def simulate(
+    structure: Structure, parameters: Array, motion: WholeMotion, first: NDArray[np.intp], cells: int
+) -> Array:
     """ν at the edges of the windows' cells, (cells + 1, models, windows, 6).
 
     Args:

@@ -1,4 +1,4 @@
-"""How well a vehicle's model predicts recordings: all axes at once, some seconds ahead and in free run, and the track."""
+"""How well a vehicle's model predicts recordings: all axes at once, seconds ahead and in free run, and the track."""
 
 from __future__ import annotations
 

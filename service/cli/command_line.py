@@ -69,6 +69,11 @@ COMMANDS = {
         "finds what the model lacks, adds it, reports the error before and after",
         "incsvr trace dive.csv --validate other.csv --inertia 1.1 --report report.html",
     ),
+    "identify": (
+        "service.commands.identify",
+        "the model of a whole vehicle, all axes together, with intervals and errors on unseen dives",
+        "incsvr identify dive.csv --validate other.csv --write vehicle.yaml",
+    ),
     "forecast": (
         "service.commands.forecast",
         "asks a running learner where yaw rate and heading go while the gyro is lost, or under a planned torque",

@@ -14,14 +14,18 @@ from service.cli.output import refuse_unwritable, writing
 from service.commands.arguments import add_client_arguments
 from service.config.configuration import Config
 from service.config.sources import from_arguments
+from service.config.vehicle_file import read_vehicle
 from service.export import python_vehicle_simulator, simulators
 from service.export.damping_model import DampingModel, of_file, of_snapshot
 from service.export.table import as_csv, as_json
+from service.export.whole_vehicle import python_module
 from service.state.state_file import StateDamage, StateFile
 from service.wire import ModelSnapshot, decode
 from service.wire.json_text import json_text
 
-FORMATS = ("csv", "json", "gazebo", "uuv", "stonefish", "python-vehicle-simulator")
+FORMATS = ("csv", "json", "gazebo", "uuv", "stonefish", "python-vehicle-simulator", "python")
+VEHICLE_SUFFIXES = (".yaml", ".yml")
+"""Of a vehicle file, which `incsvr identify --write` wrote."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,8 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         type=Path,
         metavar="SOURCE",
-        help="a state directory or its .sqlite file, or what `trace --json` or `fit --json` wrote (default: a running "
-        "learner is asked)",
+        help="a state directory or its .sqlite file, what `trace --json` or `fit --json` wrote, or a vehicle file "
+        "(default: a running learner is asked)",
     )
     parser.add_argument("--format", choices=FORMATS, default="json", help="whose form (default json)")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write it there instead of standard output")
@@ -52,18 +56,40 @@ def run(args: argparse.Namespace) -> int:
             f"--format {args.format} has a place for yaw alone, and vehicle.axis is {config.vehicle.axis}; take csv or "
             "json, whose N_r, N_r|r| and inertia are then those of that axis"
         )
+    if args.source is not None and args.source.suffix in VEHICLE_SUFFIXES:
+        return _written(args, _of_vehicle(args), f"the vehicle file {args.source}")
+    if args.format == "python":
+        raise BadInput("--format python takes a vehicle file; `incsvr identify LOG --write vehicle.yaml` writes one")
     try:
         learned = _model(args, config)
     except NoAnswer as error:
         raise NoAnswer(f"{error}; or name a state directory or a trace's JSON") from error
-    text = in_format(learned, args.format, args.link, args.dry_inertia, args.inertia_xy)
+    return _written(args, in_format(learned, args.format, args.link, args.dry_inertia, args.inertia_xy), learned.source)
+
+
+def _written(args: argparse.Namespace, text: str, source: str) -> int:
+    """Writes the text where `--out` says; exit status 0."""
     if args.out is None:
         sys.stdout.write(text)
         return 0
     with writing(args.out, "--out"):
         args.out.write_text(text, encoding="utf-8")
-    print(f"{args.out}: {learned.source}", file=sys.stderr)
+    print(f"{args.out}: {source}", file=sys.stderr)
     return 0
+
+
+def _of_vehicle(args: argparse.Namespace) -> str:
+    """A vehicle file in the form of a tool.
+
+    Raises:
+        BadInput: the file is none, or the tool has no form for a whole vehicle yet.
+    """
+    vehicle = read_vehicle(args.source)
+    if args.format == "json":
+        return json_text(vehicle.to_dict(), indent=2) + "\n"
+    if args.format == "python":
+        return python_module(vehicle)
+    raise BadInput(f"--format {args.format} has no form for a whole vehicle; take python or json")
 
 
 def in_format(

@@ -1,0 +1,90 @@
+"""`incsvr identify`: the model of a whole vehicle from recordings, and its errors on unseen ones."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
+from incsvr.plant.inertia import mass_matrix
+from incsvr.vehicle import Identified, WholeMotion, identify, on_grid
+from service.cli.output import add_json_argument, emit, refuse_unwritable
+from service.commands.identify_text import text
+from service.commands.other_velocities import MASS_MATRIX_HELP
+from service.config.sources import read as read_config
+from service.config.vehicle_file import write_vehicle
+from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.recording import Recording
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "recordings", nargs="+", type=Path, metavar="RECORDING", help="logs of any format, one dive each"
+    )
+    parser.add_argument(
+        "--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="unseen dives, for the errors alone"
+    )
+    parser.add_argument("--name", default="vehicle", metavar="NAME", help="what the vehicle is called (vehicle)")
+    parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
+    parser.add_argument("--write", type=Path, metavar="FILE", help="write the vehicle file there (YAML)")
+    add_log_arguments(parser, config=True, axis=False)
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.write is not None:
+        refuse_unwritable(args.write, "--write")
+    found, notes = answer(args)
+    words = "\n".join([*(f"note: {note}" for note in notes), *([""] if notes else []), text(found)])
+    if args.write is not None:
+        write_vehicle(args.write, found.vehicle)
+        words += f"\n\nwritten to {args.write}; `incsvr export {args.write} --format python` makes a simulator of it"
+    emit(args, {**found.to_dict(), "notes": list(notes)}, words)
+    return 0
+
+
+def answer(args: argparse.Namespace) -> tuple[Identified, tuple[str, ...]]:
+    """What was identified, and the notes of the readers."""
+    reading = Reading.of(args, read_config(args.config))
+    runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
+    motion = on_grid([run.streams() for run in runs])
+    test = on_grid([run.streams() for run in unseen], motion.step) if unseen else None
+    if test is not None:
+        _refuse_other_axes(motion, test, unseen)
+    notes = tuple(dict.fromkeys(note for run in (*runs, *unseen) for note in run.notes))
+    return identify(motion, test, declared(args.mass_matrix), args.name), notes
+
+
+def declared(given: str | None) -> dict[tuple[str, str], float]:
+    """The entries of M that `--mass-matrix` declares; of six numbers, a zero leaves the entry to be estimated.
+
+    Raises:
+        BadInput: the entries are no numbers, or of no body.
+    """
+    if given is None:
+        return {}
+    try:
+        entries = [float(entry) for entry in given.split(",")]
+    except ValueError:
+        raise BadInput(
+            f"--mass-matrix {given}: give six numbers from surge to yaw, or 36, with commas between"
+        ) from None
+    matrix = mass_matrix(entries)
+    names = list(AXES)
+    found = {(name, name): float(matrix[k, k]) for k, name in enumerate(names) if matrix[k, k] > 0.0}
+    if len(entries) == 36:
+        found |= {
+            (names[row], names[column]): float(matrix[row, column]) for row in range(6) for column in range(row + 1, 6)
+        }
+    return found
+
+
+def _refuse_other_axes(motion: WholeMotion, test: WholeMotion, unseen: list[Recording]) -> None:
+    """Refuses dives for the errors that lack a velocity of the model."""
+    missing = [name for name in motion.axes if name not in test.axes]
+    if missing:
+        raise BadInput(
+            f"{unseen[0].name}: it lacks {' and '.join(missing)}, which the model predicts; validate on dives with "
+            "the same velocities"
+        )

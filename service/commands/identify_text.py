@@ -1,0 +1,68 @@
+"""What `incsvr identify` prints: the model axis by axis, what is not identified and why, and the errors."""
+
+from __future__ import annotations
+
+from incsvr.plant.axes import AXES
+from incsvr.vehicle import Identified, Parameter
+
+HORIZON_HEAD = "  {:<28}{}"
+
+
+def text(found: Identified) -> str:
+    """The result for people."""
+    vehicle = found.vehicle
+    lines = [f"vehicle {vehicle.name}: {found.seconds:.0f} s of motion, cells of {found.step:.3g} s", ""]
+    for axis in vehicle.axes:
+        passive = "" if axis in vehicle.driven else " (no effort acts along it)"
+        lines.append(f"{axis}{passive}")
+        for (one, other), parameter in vehicle.mass.items():
+            if one == axis:
+                name = "inertia" if one == other else f"inertia with {other}"
+                lines.append(_row(name, parameter, _mass_unit(one, other)))
+        lines += [_row(term.name, p, term.unit) for term, p in vehicle.terms.items() if term.axis == axis]
+        lines += [_row("thrust lag", p, "s") for name, p in vehicle.lags.items() if name == axis]
+    lines += ["", *_errors(found)]
+    for axis, why in found.refusals.items():
+        lines.append(f"{axis} is not identified: {why}")
+    lines += list(found.manoeuvres)
+    return "\n".join(lines)
+
+
+def _mass_unit(one: str, other: str) -> str:
+    """Unit of an entry of M."""
+    along = AXES[one].along + AXES[other].along
+    return ("kg m²", "kg m", "kg")[along]
+
+
+def _row(name: str, parameter: Parameter, unit: str) -> str:
+    value = f"{parameter.value:.4g}"
+    if parameter.origin in ("declared", "assumed"):
+        return f"  {name:<26}{value:>10}  {unit} ({parameter.origin})"
+    remark = "" if parameter.origin == "estimated" else f" ({parameter.origin})"
+    return f"  {name:<26}{value:>10}  ({parameter.low:.4g} to {parameter.high:.4g}) {unit}{remark}"
+
+
+def _errors(found: Identified) -> list[str]:
+    """RMS errors of predictions of all axes at once."""
+    where = "other recordings" if found.unseen else "each part of the recordings, predicted by the others"
+    errors = found.errors
+    head = "".join(f"{axis:>12}" for axis in errors.axes)
+    units = "".join(f"{'[m/s]' if AXES[axis].along else '[rad/s]':>12}" for axis in errors.axes)
+    lines = [f"prediction error (RMS) on {where}, all axes at once", f"  {'':<28}{head}", f"  {'':<28}{units}"]
+    for seconds, (model, hold, _) in errors.horizons.items():
+        alone = [found.by_itself[axis].horizons.get(seconds) for axis in errors.axes]
+        lines.append(HORIZON_HEAD.format(f"{seconds:g} s ahead: model", _numbers(model.tolist())))
+        lines.append(HORIZON_HEAD.format("     velocity held", _numbers(hold.tolist())))
+        if all(alone):
+            singles = [float(each[0][0]) for each in alone if each]
+            lines.append(HORIZON_HEAD.format("     each axis by itself", _numbers(singles)))
+        if seconds in errors.track:
+            lines.append(f"  {'     track':<28}{errors.track[seconds]:>12.3g} m")
+    lines.append(HORIZON_HEAD.format("free run: model", _numbers(errors.free_run.tolist())))
+    lines.append(HORIZON_HEAD.format("     zero velocity", _numbers(errors.zero.tolist())))
+    lines.append("  Each axis by itself is given the other velocities as measured; the model predicts them, too.")
+    return lines
+
+
+def _numbers(values: list[float]) -> str:
+    return "".join(f"{value:>12.3g}" for value in values)

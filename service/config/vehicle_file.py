@@ -1,0 +1,80 @@
+"""The vehicle file: the identified model of a whole vehicle as YAML, written and read."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from incsvr.errors import BadInput
+from incsvr.vehicle import Vehicle
+from service.config.core_yaml import parse
+
+HEAD = """\
+# The model of a whole vehicle, written by `incsvr identify`: M dν/dt + C(ν) ν + Σ c φ(ν, τ, η) = τ.
+# ν = surge, sway, heave [m/s], roll, pitch and yaw rate [rad/s]; τ the efforts [N], [N m]; SI units throughout.
+# Each parameter has its value, the ends low and high of its interval of 95 %, and its origin: estimated, declared,
+# assumed (its axis has no actuator), or not excited (the interval is wider than the axis's usual effort).
+# C(ν) follows from the mass matrix. The terms φ: linear ν; quadratic ν|ν|; cross:j ν_j; product:j*k ν_j ν_k;
+# square:j ν_j²; cross_size:j*k |ν_j| ν_k; effort:a −τ_a; inflow:j τ|ν_j|; reverse τ where τ < 0; bias 1;
+# righting sin φ cos θ (roll), sin θ (pitch); weight: minus the downward direction.
+"""
+MAX_BYTES = 1_000_000
+"""Largest vehicle file [bytes]: a model takes some 10 kB."""
+
+
+def write_vehicle(path: Path, vehicle: Vehicle) -> None:
+    """Writes a vehicle file, from which `read_vehicle` gives the same numbers to the last bit."""
+    path.write_text(HEAD + "\n".join(_lines(vehicle.to_dict(), "")) + "\n", encoding="utf-8")
+
+
+def read_vehicle(path: Path) -> Vehicle:
+    """The vehicle in a file.
+
+    Raises:
+        BadInput: naming the file, what is wrong, and the cure.
+    """
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise BadInput(f"{path}: there is no such file; `incsvr identify LOG --write {path}` writes one") from None
+    except (OSError, UnicodeDecodeError):
+        raise BadInput(f"{path}: cannot be read as text; give a file that `incsvr identify --write` wrote") from None
+    try:
+        values = parse(text, str(path)).value
+        if not isinstance(values, Mapping):
+            raise BadInput("this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
+        return Vehicle.from_dict(values)
+    except BadInput as error:
+        raise BadInput(str(error) if str(path) in str(error) else f"{path}: {error}") from None
+
+
+def _lines(values: Mapping[str, Any], indent: str) -> list[str]:
+    """The lines of a mapping; a mapping of plain values stands in one line."""
+    found = []
+    for key, value in values.items():
+        name = f"{indent}{_text(str(key))}"
+        if isinstance(value, Mapping) and any(isinstance(inner, Mapping) for inner in value.values()):
+            found += [f"{name}:", *_lines(value, indent + "  ")]
+        elif isinstance(value, Mapping):
+            inside = ", ".join(f"{_text(str(k))}: {_plain(v)}" for k, v in value.items())
+            found.append(f"{name}: {{{inside}}}")
+        else:
+            found.append(f"{name}: {_plain(value)}")
+    return found
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, list):
+        return "[" + ", ".join(_plain(each) for each in value) + "]"
+    if isinstance(value, float):
+        return repr(value) if value == value and abs(value) != float("inf") else "null"
+    return str(value) if isinstance(value, int) else _text(str(value))
+
+
+def _text(text: str) -> str:
+    """A text as YAML reads it back: bare where it is a plain word, else in quotes."""
+    return text if text.isidentifier() else json.dumps(text, ensure_ascii=False)
