@@ -4,8 +4,8 @@ The packages below are the mathematics alone: arrays in, arrays out. No bus, no 
 are the paper: B. Wehbe, A. Fabisch, M. M. Krell, "Online Model Identification for Underwater Vehicles through
 Incremental Support Vector Regression", IROS 2017. "Eq." and "Section" in their docstrings cite that paper.
 
-This file is the face for people who write Python. `read`, `fit` and `trace` are the commands of these names, with their
-flags as keywords; what reads files is loaded when one of them is called, and not before.
+This file is the face for people who write Python. `read`, `fit`, `trace` and `identify` are the commands of these
+names, with their flags as keywords; what reads files is loaded when one of them is called, and not before.
 
     import incsvr
 
@@ -23,7 +23,7 @@ from typing import Any, Protocol, TypeAlias
 
 from incsvr.errors import BadInput
 
-__all__ = ["BadInput", "Log", "Result", "fit", "read", "trace"]
+__all__ = ["BadInput", "Log", "Result", "fit", "identify", "read", "trace"]
 
 _FILES = "service.commands.face"
 """What reads files and calls the commands: named, not imported, so that the mathematics stays free of it."""
@@ -96,4 +96,18 @@ def trace(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
         BadInput: where the recordings, or a flag, cannot be used; one sentence with the cure.
     """
     found: Result = import_module(_FILES).trace(recordings, validate, flags)
+    return found
+
+
+def identify(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
+    """The model of a whole vehicle, all axes together, as `incsvr identify` finds it.
+
+    Args:
+        recordings, validate: dives to fit, and dives for the errors alone.
+        flags: those of the command, by name: `name`, `mass_matrix`, `write`, …
+
+    Raises:
+        BadInput: where the recordings, or a flag, cannot be used; one sentence with the cure.
+    """
+    found: Result = import_module(_FILES).identify(recordings, validate, flags)
     return found

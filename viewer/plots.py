@@ -9,9 +9,10 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import Array
-from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import in_words_of
 from incsvr.tracing import Trace
+from incsvr.vehicle import Identified
 from service.cli.extras import how_to_install
 
 try:
@@ -56,4 +57,22 @@ def of_trace(trace: Trace, axis: Axis = YAW) -> Any:
         figure = pyplot.figure(figsize=(8.0, 3.5), layout="constrained")
         longest = int(np.argmax([time.size for time in after.time]))
         draw_free_run(figure, trace.pictures.before, after, longest, trace.model.scale, axis)
+    return figure
+
+
+def of_vehicle(identified: Identified) -> Any:
+    """Prediction errors of a whole vehicle over how far ahead they look, one plot an axis."""
+    errors = identified.errors
+    seconds = list(errors.horizons)
+    with pyplot.rc_context(STYLE):
+        figure = pyplot.figure(figsize=(8.0, 3.0), layout="constrained")
+        plots = figure.subplots(1, len(errors.axes), squeeze=False)[0]
+        for k, (plot, axis) in enumerate(zip(plots, errors.axes, strict=True)):
+            model, hold = ([errors.horizons[ahead][which][k] for ahead in seconds] for which in (0, 1))
+            plot.loglog(seconds, hold, "s--", color=MEASURED, label="velocity held")
+            plot.loglog(seconds, model, "o-", label="model")
+            plot.set_title(axis)
+            plot.set_xlabel("ahead [s]")
+            plot.set_ylabel(f"RMS error [{'m/s' if AXES[axis].along else 'rad/s'}]")
+        plot.legend()
     return figure

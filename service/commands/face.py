@@ -19,12 +19,16 @@ from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import in_words_of
 from incsvr.tracing.findings import Trace
+from incsvr.vehicle import Identified
 from service.cli.parser import Parser
 from service.cli.progress import without_bars
 from service.commands import fit as fit_command
+from service.commands import identify as identify_command
 from service.commands import trace as trace_command
+from service.commands.identify_text import text as identify_text
 from service.commands.trace_text import text as trace_text
 from service.config.sources import read as read_config
+from service.config.vehicle_file import write_vehicle
 from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
@@ -114,6 +118,17 @@ class TraceResult(CommandResult):
         return _plots().of_trace(self.trace, self.axis)
 
 
+@dataclass(frozen=True, slots=True)
+class IdentifyResult(CommandResult):
+    """The model of a whole vehicle."""
+
+    identified: Identified = field(repr=False)
+
+    def plot(self) -> Any:
+        """Prediction errors of every axis some seconds ahead, as a figure of matplotlib."""
+        return _plots().of_vehicle(self.identified)
+
+
 def read(log: Any, **how: Any) -> Log:
     """A log of any format as a recording; `how` are the flags `LOG_FLAGS`."""
     other = sorted(set(how) - set(LOG_FLAGS))
@@ -143,6 +158,16 @@ def trace(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> TraceResu
     if args.manoeuvre is not None:
         words += f"\n  {next_manoeuvre(found.effects, args.manoeuvre)}"
     return TraceResult(result, words, axis, found)
+
+
+def identify(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> IdentifyResult:
+    """`incsvr identify` by call."""
+    args = _arguments("identify", identify_command, recordings, validate, flags)
+    with without_bars():
+        found, notes = identify_command.answer(args)
+    if args.write is not None:
+        write_vehicle(args.write, found.vehicle)
+    return IdentifyResult({**found.to_dict(), "notes": list(notes)}, identify_text(found), YAW, found)
 
 
 class _RaisingParser(Parser):

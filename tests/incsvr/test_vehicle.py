@@ -1,0 +1,109 @@
+"""A whole vehicle, identified from simulated dives: parameters, errors, and what is said where data do not suffice."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.numerics import Streams
+from incsvr.vehicle import Identified, Vehicle, identify, on_grid
+from incsvr.vehicle.simulation import simulate
+from incsvr.vehicle.structure import Structure, lagged
+from simulator.six_degrees import BODIES, Body, swim
+
+
+def dive(kind: str, seconds: float, seed: int) -> tuple[Body, Streams]:
+    """A body drawn by the seed, and the log of a dive of it."""
+    rng = np.random.default_rng(seed)
+    body = BODIES[kind](rng)
+    return body, swim(body, seconds, rng)
+
+
+@cache
+def torpedo() -> tuple[Body, Identified]:
+    """A torpedo in the plane, identified from four minutes and judged on one."""
+    rng = np.random.default_rng(41)
+    body = BODIES["torpedo"](rng)
+    motion = on_grid([swim(body, 240.0, rng)])
+    return body, identify(motion, on_grid([swim(body, 60.0, rng)], motion.step), name="torpedo")
+
+
+def test_inertias_and_drag_are_near_the_truth() -> None:
+    body, found = torpedo()
+    for k, axis in ((0, "surge"), (1, "sway"), (5, "yaw")):
+        assert found.vehicle.mass[axis, axis].value == pytest.approx(body.mass[k, k], rel=0.1)
+        speed = 0.7 * float(found.vehicle.fastest[k])
+        terms = {term.name: p.value for term, p in found.vehicle.terms.items() if term.axis == axis}
+        drag = terms["linear"] * speed + terms["quadratic"] * speed**2
+        assert drag == pytest.approx(body.linear[k] * speed + body.quadratic[k] * speed**2, rel=0.15)
+
+
+def test_unseen_dives_are_predicted_with_all_axes_at_once() -> None:
+    _, found = torpedo()
+    model, hold, _ = found.errors.horizons[5.0]
+    assert np.all(model < 0.25 * hold)
+    assert np.all(found.errors.free_run < 0.3 * found.errors.zero)
+    assert found.errors.track[5.0] < 0.5
+    assert set(found.refusals) == {"heave", "roll", "pitch"}
+
+
+def test_a_vehicle_is_the_same_after_plain_data() -> None:
+    _, found = torpedo()
+    again = Vehicle.from_dict(found.vehicle.to_dict())
+    assert again.to_dict() == found.vehicle.to_dict()
+    assert np.array_equal(again.mass_matrix, found.vehicle.mass_matrix)
+
+
+@pytest.mark.slow
+def test_a_declared_mass_matrix_is_kept() -> None:
+    body, log = dive("torpedo", 180.0, 42)
+    declared = {("surge", "surge"): float(body.mass[0, 0]), ("yaw", "yaw"): float(body.mass[5, 5])}
+    found = identify(on_grid([log]), declared=declared)
+    assert found.vehicle.mass["surge", "surge"].to_dict()["origin"] == "declared"
+    assert found.vehicle.mass_matrix[5, 5] == body.mass[5, 5]
+    assert not found.unseen
+
+
+def test_a_vehicle_that_nothing_drives_is_refused_with_the_cure() -> None:
+    _, log = dive("torpedo", 60.0, 43)
+    motion = on_grid([{name: stream for name, stream in log.items() if "force" not in name and name != "torque"}])
+    with pytest.raises(BadInput, match="--column surge_force=NAME"):
+        identify(motion)
+
+
+def test_too_short_a_dive_is_refused_with_the_length_that_is_needed() -> None:
+    _, log = dive("torpedo", 30.0, 44)
+    with pytest.raises(BadInput, match="need at least"):
+        identify(on_grid([log]))
+
+
+def test_a_lag_that_is_simulated_in_cells_is_the_exact_one() -> None:
+    command = np.repeat([0.0, 1.0, -0.5], 40)
+    fine = np.repeat(command, 100)
+    exact, value = np.empty(fine.size), 0.0
+    for k, level in enumerate(fine):
+        mean = level + (value - level) * (0.3 / 0.001) * (1.0 - np.exp(-0.001 / 0.3))
+        value = level + (value - level) * np.exp(-0.001 / 0.3)
+        exact[k] = mean
+    assert lagged(command, 0.3, 0.1) == pytest.approx(exact.reshape(-1, 100).mean(axis=1), abs=1e-9)
+
+
+def test_a_gap_ends_a_run() -> None:
+    _, log = dive("torpedo", 60.0, 45)
+    cut = {name: (np.delete(t, slice(200, 260)), np.delete(v, slice(200, 260))) for name, (t, v) in log.items()}
+    assert len(on_grid([cut]).runs) == 2
+
+
+def test_a_motion_without_damping_keeps_its_energy() -> None:
+    """C(ν) ν does no work."""
+    body, log = dive("rov", 20.0, 46)
+    motion = on_grid([log])
+    names = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+    structure = Structure(names, (), (), (), body.mass)
+    still = type(motion)(motion.step, motion.velocity, 0.0 * motion.effort, motion.angle, motion.start, motion.recorded)
+    course = simulate(structure, np.empty((1, 0)), still, np.array([30]), 20)[:, 0, 0]
+    energy = 0.5 * np.einsum("ki,ij,kj->k", course, body.mass, course)
+    assert energy == pytest.approx(energy[0], rel=1e-3)

@@ -1,0 +1,80 @@
+"""`incsvr identify`: the vehicle file, the Python export that simulates alike, and refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import incsvr
+from incsvr.errors import BadInput
+from incsvr.vehicle import on_grid
+from service.cli.command_line import main
+from service.config.vehicle_file import read_vehicle
+from service.recordings.recording import from_streams
+from service.recordings.recording_csv import write
+from simulator.six_degrees import EFFORTS, NAMES, RATES, swim, torpedo
+
+
+@pytest.fixture(scope="module")
+def dives(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with two dives of one torpedo, and the vehicle file and JSON of `identify`."""
+    folder = tmp_path_factory.mktemp("dives")
+    rng = np.random.default_rng(51)
+    body = torpedo(rng)
+    for name, seconds in (("one", 200.0), ("two", 60.0)):
+        write(folder / f"{name}.csv", from_streams(name, swim(body, seconds, rng)))
+    words = ["identify", str(folder / "one.csv"), "--validate", str(folder / "two.csv"), "--name", "torpedo"]
+    assert main([*words, "--write", str(folder / "vehicle.yaml"), "--json", str(folder / "found.json")]) == 0
+    return folder
+
+
+def test_the_vehicle_file_holds_what_the_json_holds(dives: Path) -> None:
+    found = json.loads((dives / "found.json").read_text(encoding="utf-8"))
+    assert read_vehicle(dives / "vehicle.yaml").to_dict() == found["vehicle"]
+    assert found["on"] == "other recordings"
+    assert found["errors"]["horizons"]["5"]["yaw"]["model"] < 0.3 * found["errors"]["horizons"]["5"]["yaw"]["hold"]
+
+
+def test_the_python_export_simulates_alike(dives: Path, tmp_path: Path) -> None:
+    module = tmp_path / "torpedo_model.py"
+    assert main(["export", str(dives / "vehicle.yaml"), "--format", "python", "--out", str(module)]) == 0
+    space: dict[str, object] = {}
+    exec(compile(module.read_text(encoding="utf-8"), str(module), "exec"), space)
+    log = swim(torpedo(np.random.default_rng(51)), 60.0, np.random.default_rng(52))
+    vehicle = read_vehicle(dives / "vehicle.yaml")
+    motion = on_grid([log])
+    free_run = space["free_run"]
+    assert callable(free_run)
+    course = free_run(motion.velocity[0], motion.effort[:-1], motion.step)
+    assert course == pytest.approx(vehicle.free_run(motion), abs=1e-9)
+    assert {*RATES, *EFFORTS} >= {name for name in log if name != "heading"}
+    assert space["AXES"] == list(NAMES)
+
+
+@pytest.mark.parametrize("text", ["", "a: 1\n", "vehicle_file: 1\nname: x\n", "[1, 2]\n", "{{{\n"])
+def test_a_file_that_is_no_vehicle_is_refused_in_one_sentence(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "vehicle.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(BadInput, match=str(path)) as refused:
+        read_vehicle(path)
+    assert "\n" not in str(refused.value)
+
+
+def test_another_format_for_a_whole_vehicle_is_refused(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["export", str(dives / "vehicle.yaml"), "--format", "gazebo"]) == 2
+    assert "take python or json" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_it_is_a_call_in_python(dives: Path) -> None:
+    found = incsvr.identify(dives / "one.csv", validate=dives / "two.csv", name="torpedo")
+    assert found.to_dict()["vehicle"] == json.loads((dives / "found.json").read_text(encoding="utf-8"))["vehicle"]
+    assert "5 s ahead: model" in str(found)
+
+
+def test_a_mass_matrix_of_no_numbers_is_refused(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["identify", str(dives / "one.csv"), "--mass-matrix", "a,b"]) == 2
+    assert "six numbers from surge to yaw" in capsys.readouterr().err
