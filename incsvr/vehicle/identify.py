@@ -24,7 +24,7 @@ from incsvr.vehicle.intervals import intervals
 from incsvr.vehicle.model import ASSUMED, DECLARED, ESTIMATED, UNKNOWN, Parameter, Vehicle
 from incsvr.vehicle.motion import CELLS_A_SCALE, WholeMotion
 from incsvr.vehicle.scales import Scales
-from incsvr.vehicle.selection import MIN_EVIDENCE, extended, left_out_losses, parts, reduced
+from incsvr.vehicle.selection import MIN_EVIDENCE, LeftOut, extended, parts, reduced
 from incsvr.vehicle.structure import Pair, Structure, coupled_pairs
 from incsvr.vehicle.terms import LINEAR, PRODUCT, QUADRATIC, Term, couplings, extras, own_damping, restoring
 from incsvr.vehicle.validation import Errors, alone, errors
@@ -186,7 +186,7 @@ def _best(fits: list[Fit], windows: Windows, scales: Scales) -> Fit:
     """The one that predicts the parts left out best; the first where they are alike."""
     folds = parts(windows)
     variance = fits[0].variance
-    loss = [float(left_out_losses(each, folds, scales, variance).sum()) for each in fits]
+    loss = [float(LeftOut.of(each, folds, scales).losses(variance).sum()) for each in fits]
     best = int(np.argmin(loss))
     return fits[best] if loss[best] < loss[0] - MIN_EVIDENCE else fits[0]
 

@@ -7,12 +7,13 @@ turns, in the linear model about the fit, and the candidate that predicts them b
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array
-from incsvr.vehicle.fitting import Fit, Windows, fit, losses, normal_equations
+from incsvr.vehicle.fitting import PRIOR_SCALES, Fit, Windows, fit, losses, normal_equations
 from incsvr.vehicle.scales import Extension, Scales
 from incsvr.vehicle.terms import CROSS, EFFORT, PRODUCT, SQUARE
 
@@ -47,7 +48,7 @@ def extended(windows: Windows, fitted: Fit, candidates: Sequence[object], scales
     """
     folds = parts(windows)
     open_candidates = list(candidates)
-    loss = left_out_losses(fitted, folds, scales, fitted.variance)
+    loss = LeftOut.of(fitted, folds, scales).losses(fitted.variance)
     price = MIN_EVIDENCE + 2.0 * float(np.log(max(len(open_candidates), 1)))
     for _ in range(MAX_ADDED):
         ranked = _ranked(windows, fitted, open_candidates, scales)
@@ -55,7 +56,7 @@ def extended(windows: Windows, fitted: Fit, candidates: Sequence[object], scales
         for candidate, extension in ranked[:LEADS]:
             bounds = scales.bounds(extension.structure)
             tried = fit(windows, extension.structure, extension.start, extension.scale, bounds, STEPS_OF_A_TRIAL)
-            tried_loss = left_out_losses(tried, folds, scales, fitted.variance)
+            tried_loss = LeftOut.of(tried, folds, scales).losses(fitted.variance)
             gain = _gain(loss, tried_loss)
             smaller = 1.0 - _squares(tried, fitted.variance) / _squares(fitted, fitted.variance)
             if gain > price and smaller > RELEVANT and (best is None or gain > best[0]):
@@ -63,7 +64,7 @@ def extended(windows: Windows, fitted: Fit, candidates: Sequence[object], scales
         if best is None:
             break
         _, candidate, fitted, _ = best
-        loss = left_out_losses(fitted, folds, scales, fitted.variance)
+        loss = LeftOut.of(fitted, folds, scales).losses(fitted.variance)
         open_candidates.remove(candidate)
     return fitted
 
@@ -80,9 +81,10 @@ def reduced(windows: Windows, fitted: Fit, scales: Scales) -> Fit:
     removable = [first + k for k, term in enumerate(structure.terms) if term.kind in COUPLINGS]
     removable += [k for k, (one, other) in enumerate(structure.mass) if one != other]
     removed: list[int] = []
-    loss = left_out_losses(fitted, folds, scales, fitted.variance)
+    linear = LeftOut.of(fitted, folds, scales)
+    loss = whole = linear.losses(fitted.variance)
     while removable:
-        tried = {k: left_out_losses(fitted, folds, scales, fitted.variance, [*removed, k]) for k in removable}
+        tried = {k: linear.losses(fitted.variance, [*removed, k]) for k in removable}
         least = min(tried, key=lambda k: float(tried[k].sum()))
         if _gain(tried[least], loss) > MIN_EVIDENCE:
             break
@@ -92,8 +94,7 @@ def reduced(windows: Windows, fitted: Fit, scales: Scales) -> Fit:
     kept = [k for k in range(structure.size) if k not in removed]
     smaller = structure.only(kept)
     again = fit(windows, smaller, fitted.parameters[kept], fitted.scale[kept], scales.bounds(smaller))
-    whole = left_out_losses(fitted, folds, scales, fitted.variance)
-    worse = left_out_losses(again, folds, scales, fitted.variance).sum() - whole.sum()
+    worse = LeftOut.of(again, folds, scales).losses(fitted.variance).sum() - whole.sum()
     return fitted if worse > MIN_EVIDENCE * max(len(removed), 1) else again
 
 
@@ -105,34 +106,57 @@ def parts(windows: Windows) -> NDArray[np.intp]:
     return (np.arange(run.size) * FOLDS // max(run.size, 1)).astype(np.intp)
 
 
-def left_out_losses(
-    fitted: Fit, folds: NDArray[np.intp], scales: Scales, variance: Array, without: Sequence[int] = ()
-) -> Array:
-    """(windows,) losses of each part under the parameters that the other parts give, in the linear model.
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """A fit's linear model, with each part of the windows left out in turns.
 
-    Args:
-        variance: (axes,) of the errors: the same for models that are compared.
-        without: parameters that are zero.
+    Attributes:
+        fitted: the fit.
+        folds: (windows,) the part of each window.
+        normal, gradient: JᵀWJ and JᵀWe of each part, (parts, size, size) and (parts, size).
+        bounds: lower and upper (size,) of the parameters.
     """
-    normal, gradient = normal_equations(fitted.slope, fitted.error, fitted.weight)
-    ridge = np.diag(1.0 / (30.0 * fitted.scale) ** 2)
-    low, high = scales.bounds(fitted.structure)
-    free = np.setdiff1d(np.arange(fitted.parameters.size), np.asarray(without, dtype=np.intp))
-    fixed = np.zeros(fitted.parameters.size)
-    fixed[list(without)] = -fitted.parameters[list(without)]
-    found = np.empty(fitted.error.shape[0])
-    for part in np.unique(folds):
-        inside = folds == part
-        own_normal, own_gradient = normal_equations(
-            fitted.slope[:, inside], fitted.error[inside], fitted.weight[inside]
-        )
-        rest, pull = normal - own_normal + ridge, own_gradient - gradient - (normal - own_normal) @ fixed
-        step = fixed.copy()
-        step[free] = np.linalg.solve(rest[np.ix_(free, free)], pull[free])
-        step[free] = (np.clip(fitted.parameters + step, low, high) - fitted.parameters)[free]
-        error = fitted.error[inside] + np.einsum("p,pwca->wca", step, fitted.slope[:, inside])
-        found[inside] = losses(error, variance)
-    return found
+
+    fitted: Fit
+    folds: NDArray[np.intp]
+    normal: Array
+    gradient: Array
+    bounds: tuple[Array, Array]
+
+    @staticmethod
+    def of(fitted: Fit, folds: NDArray[np.intp], scales: Scales) -> LeftOut:
+        """Of a fit whose windows belong to these parts."""
+        equations = [
+            normal_equations(fitted.slope[:, inside], fitted.error[inside], fitted.weight[inside])
+            for inside in (folds == part for part in np.unique(folds))
+        ]
+        normal, gradient = (np.stack(each) for each in zip(*equations, strict=True))
+        return LeftOut(fitted, folds, normal, gradient, scales.bounds(fitted.structure))
+
+    def losses(self, variance: Array, without: Sequence[int] = ()) -> Array:
+        """(windows,) losses of each part under the parameters that the other parts give.
+
+        Args:
+            variance: (axes,) of the errors: the same for models that are compared.
+            without: parameters that are zero.
+        """
+        fitted, (low, high) = self.fitted, self.bounds
+        free = np.setdiff1d(np.arange(fitted.parameters.size), np.asarray(without, dtype=np.intp))
+        fixed = np.zeros(fitted.parameters.size)
+        fixed[list(without)] = -fitted.parameters[list(without)]
+        ridge = np.diag(1.0 / (PRIOR_SCALES * fitted.scale) ** 2)
+        normal, gradient = self.normal.sum(axis=0), self.gradient.sum(axis=0)
+        found = np.empty(fitted.error.shape[0])
+        for k, part in enumerate(np.unique(self.folds)):
+            inside = self.folds == part
+            rest = normal - self.normal[k] + ridge
+            pull = self.gradient[k] - gradient - (rest - ridge) @ fixed
+            step = fixed.copy()
+            step[free] = np.linalg.solve(rest[np.ix_(free, free)], pull[free])
+            step[free] = (np.clip(fitted.parameters + step, low, high) - fitted.parameters)[free]
+            moved = step @ fitted.slope[:, inside].reshape(step.size, -1)
+            found[inside] = losses(fitted.error[inside] + moved.reshape(fitted.error[inside].shape), variance)
+        return found
 
 
 def _gain(before: Array, after: Array) -> float:
