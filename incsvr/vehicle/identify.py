@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
@@ -34,6 +35,8 @@ MIN_WINDOWS_A_PARAMETER = 2.0
 WINDOW_CELLS = int(CELLS_A_SCALE)
 """Cells of a window, which lasts the shortest time over which a velocity stays correlated: longer ones end in a local
 minimum more often, and predict measured vehicles no better."""
+MAX_WINDOWS = 400
+"""Windows that are fitted; of more, these are spread evenly: eight minutes of a small ROV have as many."""
 PARTS = 4
 """Parts of the data that are predicted by the others where no other recording is given."""
 
@@ -105,7 +108,7 @@ def identify(
     choices = (True, False) if set(axes) - set(driven) else (True,)
     structures = [_whole(axes, driven, motion, declared, scales, tied) for tied in choices]
     structure = structures[0]
-    windows = Windows(motion, motion.windows(WINDOW_CELLS), WINDOW_CELLS)
+    windows = Windows(motion, _spread(motion.windows(WINDOW_CELLS)), WINDOW_CELLS)
     if windows.first.size < MIN_WINDOWS_A_PARAMETER * structure.size:
         least = MIN_WINDOWS_A_PARAMETER * structure.size * WINDOW_CELLS * motion.step
         raise BadInput(
@@ -130,6 +133,11 @@ def identify(
     return Identified(
         vehicle, refusals, _manoeuvres(vehicle), together, by_itself, motion.seconds, motion.step, unseen is not None
     )
+
+
+def _spread(first: NDArray[np.intp]) -> NDArray[np.intp]:
+    """At most MAX_WINDOWS of the windows, spread evenly."""
+    return first[np.linspace(0, first.size - 1, min(first.size, MAX_WINDOWS)).astype(np.intp)]
 
 
 def _refusals(motion: WholeMotion) -> dict[str, str]:
@@ -239,7 +247,7 @@ def _parts(motion: WholeMotion) -> list[tuple[Windows, WholeMotion]]:
         inside = motion.between(a, b)
         first = motion.windows(WINDOW_CELLS)
         rest = first[(first + WINDOW_CELLS < a) | (first >= b)]
-        found.append((Windows(motion, rest, WINDOW_CELLS), inside))
+        found.append((Windows(motion, _spread(rest), WINDOW_CELLS), inside))
     return found
 
 

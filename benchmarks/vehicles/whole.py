@@ -1,0 +1,195 @@
+"""A whole vehicle identified: measured ones beside pysindy and each axis by itself, simulated ones beside the truth.
+
+The measured splits are those of `benchmarks.vehicles.splits`, both ways. Simulated vehicles are drawn by their seeds.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
+from itertools import combinations_with_replacement
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.study import MEASURED, begin, in_processes, options
+from benchmarks.tables import interval, page, table
+from incsvr.numerics import Array, Streams
+from incsvr.plant.axes import AXES, EFFORTS
+from incsvr.vehicle import Identified, WholeMotion, identify, on_grid
+from service.recordings.recording_csv import read
+from simulator.six_degrees import BODIES, NAMES, swim
+
+SPLITS = {
+    "dagon": ("run_{}", ("01", "03", "05", "07"), ("04",), {}),
+    "blueboat": ("run_{}", ("220", "221", "224", "225"), ("230", "233", "234"), {}),
+    "kvlcc2": (
+        "Z_{}",
+        ("05_01", "10_10_P", "20_10_S", "35_05"),
+        ("10_05", "15_05", "25_05"),
+        {"thrust": "surge_force"},
+    ),
+}
+"""Vehicle → the names of its recordings, both halves, and columns that are called otherwise."""
+AHEAD_S = 5.0
+"""How far ahead predictions are compared [s]."""
+THRESHOLDS = (0.0, 0.02, 0.05, 0.1, 0.2)
+"""Of pysindy's STLSQ, in deviations; the one that predicts the fitted recordings best is taken."""
+
+
+def measured(case: tuple[str, bool]) -> dict[str, Any]:
+    """One split of a measured vehicle."""
+    vehicle, flipped = case
+    pattern, one, other, called = SPLITS[vehicle]
+    first, second = (other, one) if flipped else (one, other)
+    motion = on_grid(_streams(vehicle, pattern, first, called))
+    unseen = on_grid(_streams(vehicle, pattern, second, called), motion.step)
+    found = identify(motion, unseen, name=vehicle)
+    return {
+        "split": f"{vehicle}: {', '.join(first)} → {', '.join(second)}",
+        "errors": _errors(found),
+        "pysindy": dict(zip(found.vehicle.axes, sindy(motion, unseen, found.vehicle.axes), strict=True)),
+        "mass": {one: found.vehicle.mass[one, one].value for one in found.vehicle.axes},
+    }
+
+
+def simulated(case: tuple[str, int, float]) -> dict[str, Any]:
+    """One simulated vehicle: what is known of each parameter, and the errors on another dive."""
+    kind, seed, seconds = case
+    rng = np.random.default_rng(seed)
+    body = BODIES[kind](rng)
+    motion = on_grid([swim(body, seconds, rng)])
+    found = identify(motion, on_grid([swim(body, 0.3 * seconds, rng)], motion.step))
+    rows = []
+    for (one, other), parameter in found.vehicle.mass.items():
+        truth = float(body.mass[NAMES.index(one), NAMES.index(other)])
+        rows.append(("inertia" if one == other else "coupled inertia", truth, parameter))
+    for term, parameter in found.vehicle.terms.items():
+        known = {"linear": body.linear[term.row], "quadratic": body.quadratic[term.row], "righting": body.righting}
+        rows.append((term.kind if term.kind in known else "not there", float(known.get(term.kind, 0.0)), parameter))
+    return {
+        "kind": kind,
+        "seed": seed,
+        "errors": _errors(found),
+        "rows": [
+            {"what": what, "held": p.low <= truth <= p.high, "ratio": p.value / truth if truth else None,
+             "origin": p.origin}
+            for what, truth, p in rows
+        ],
+    }  # fmt: skip
+
+
+def sindy(motion: WholeMotion, unseen: WholeMotion, axes: Sequence[str]) -> list[float]:
+    """RMS errors of pysindy some seconds ahead, all axes at once: 1, x, x|x| and x y of velocities and efforts."""
+    import pysindy
+
+    rows = [list(AXES).index(name) for name in axes]
+    driven = [k for k, name in enumerate(EFFORTS) if name in motion.recorded]
+    size = np.concatenate([motion.velocity[:, rows].std(axis=0), motion.effort[:, driven].std(axis=0) + 1e-12])
+
+    def features(values: Array) -> Array:
+        pairs = [values[..., a] * values[..., b] for a, b in combinations_with_replacement(range(values.shape[-1]), 2)]
+        signed = [values[..., k] * np.abs(values[..., k]) for k in range(values.shape[-1])]
+        return np.stack([np.ones_like(values[..., 0]), *np.moveaxis(values, -1, 0), *pairs, *signed], axis=-1)
+
+    def scaled(part: WholeMotion, cells: Any, velocity: Array) -> Array:
+        return np.asarray(np.concatenate([velocity, part.effort[cells][..., driven]], axis=-1) / size)
+
+    columns, rises = [], []
+    for run in motion.runs:
+        velocity = motion.velocity[run][:, rows]
+        columns.append(features(scaled(motion, run, velocity)))
+        rises.append(np.gradient(velocity, motion.step, axis=0) / size[: len(rows)])
+    library, rise = np.concatenate(columns), np.concatenate(rises)
+
+    def ahead(weights: Array, part: WholeMotion) -> Array:
+        cells = max(1, round(AHEAD_S / part.step))
+        first = part.windows(cells)
+        velocity = part.velocity[first][:, rows]
+        limit = 5.0 * np.abs(part.velocity[:, rows]).max(axis=0)
+        for cell in range(cells):
+            for _ in range(2):
+                slope = features(scaled(part, first + cell, velocity)) @ weights.T * size[: len(rows)]
+                velocity = np.clip(np.nan_to_num(velocity + 0.5 * part.step * slope), -limit, limit)
+        return np.asarray(np.sqrt(np.mean((velocity - part.velocity[first + cells][:, rows]) ** 2, axis=0)))
+
+    best = None
+    for threshold in THRESHOLDS:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # it warns where it selects nothing, which here is an answer
+            weights = pysindy.STLSQ(threshold=threshold, alpha=1e-6).fit(library, rise).coef_
+        error = float(np.sum(ahead(weights, motion) / size[: len(rows)]))
+        if best is None or error < best[0]:
+            best = error, weights
+    assert best is not None
+    return [float(value) for value in ahead(best[1], unseen)]
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.vehicles.whole", __doc__ or "", first_seed=(3_000_000, "first seed of the simulated vehicles"),
+        each=(8, "simulated vehicles of each kind"), seconds=(600.0, "length of a simulated dive [s]"),
+        processes=(2, "processes"),
+    )  # fmt: skip
+    args, when = begin(parser, words, "pysindy")
+    splits = [(vehicle, flipped) for vehicle in SPLITS for flipped in (False, True) if (MEASURED / vehicle).is_dir()]
+    cases = [(kind, args.first_seed + k, args.seconds) for kind in BODIES for k in range(args.each)]
+    real = in_processes(measured, splits, "splits", args.processes)
+    drawn = in_processes(simulated, cases, "simulated vehicles", args.processes)
+    made = f"Made by `{when['command']}` on {when['date']}, {when['processor']}."
+    words_of_page = text(real, drawn, made)
+    (args.out / "whole_vehicle.md").write_text(words_of_page, encoding="utf-8")
+    print(words_of_page, end="")
+    return 0
+
+
+def text(real: Sequence[dict[str, Any]], drawn: Sequence[dict[str, Any]], made: str) -> str:
+    """The page."""
+    rows = [
+        [each["split"], axis, *(f"{value:.3g}" for value in (e["model"], e["alone"], each["pysindy"][axis], e["hold"])),
+         f"{each['mass'][axis]:.4g}"]
+        for each in real for axis, e in each["errors"].items()
+    ]  # fmt: skip
+    head = ["split", "axis", "whole", "axis by itself", "pysindy", "held", "inertia"]
+    known = [{**row, "kind": each["kind"]} for each in drawn for row in each["rows"] if row["origin"] == "estimated"]
+    groups = dict.fromkeys((row["kind"], row["what"]) for row in known)
+    truth = []
+    for kind, what in groups:
+        own = [row for row in known if (row["kind"], row["what"]) == (kind, what)]
+        held = sum(row["held"] for row in own)
+        low, high = interval(held, len(own))
+        ratios = [row["ratio"] for row in own if row["ratio"] is not None]
+        truth.append([kind, what, f"{held} of {len(own)} ({100 * low:.0f}–{100 * high:.0f} %)",
+                      f"{np.median(ratios):.3f}" if ratios else "–"])  # fmt: skip
+    ahead = [
+        [each["kind"], each["seed"], axis, f"{e['model']:.3g}", f"{e['alone']:.3g}", f"{e['hold']:.3g}"]
+        for each in drawn for axis, e in each["errors"].items()
+    ]  # fmt: skip
+    return page(
+        "# A whole vehicle identified", made,
+        f"Errors are RMS, {AHEAD_S:g} s ahead, on dives that were not fitted [m/s], [rad/s].",
+        "## Measured vehicles", table(head, rows),
+        "## Simulated vehicles: does the interval of 95 % hold the truth",
+        table(["kind", "parameter", "held", "median ratio"], truth),
+        "## Simulated vehicles: errors", table(["kind", "seed", "axis", "whole", "axis by itself", "held"], ahead),
+    )  # fmt: skip
+
+
+def _errors(found: Identified) -> dict[str, dict[str, float]]:
+    model, hold, _ = found.errors.horizons[AHEAD_S]
+    alone = [float(found.by_itself[axis].horizons[AHEAD_S][0][0]) for axis in found.errors.axes]
+    return {
+        axis: {"model": float(m), "alone": a, "hold": float(h)}
+        for axis, m, a, h in zip(found.errors.axes, model, alone, hold, strict=True)
+    }
+
+
+def _streams(vehicle: str, pattern: str, names: Sequence[str], called: Mapping[str, str]) -> list[Streams]:
+    runs = [read(Path(MEASURED) / vehicle / f"{pattern.format(name)}.csv") for name in names]
+    return [{called.get(name, name): stream for name, stream in run.streams().items()} for run in runs]
+
+
+if __name__ == "__main__":
+    sys.exit(main())
