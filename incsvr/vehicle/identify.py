@@ -11,34 +11,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.vehicle.fitting import Fit, Windows, fit
+from incsvr.vehicle.held_out import WINDOW_CELLS, judged, parts_in_turns, spread_windows, together
 from incsvr.vehicle.intervals import intervals
+from incsvr.vehicle.manoeuvres import manoeuvres
 from incsvr.vehicle.model import ASSUMED, DECLARED, ESTIMATED, UNKNOWN, Parameter, Vehicle
-from incsvr.vehicle.motion import CELLS_A_SCALE, WholeMotion
+from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.scales import Scales
 from incsvr.vehicle.selection import MIN_EVIDENCE, LeftOut, extended, parts, reduced
 from incsvr.vehicle.structure import Pair, Structure, coupled_pairs
-from incsvr.vehicle.terms import LINEAR, PRODUCT, QUADRATIC, Term, couplings, extras, own_damping, restoring
-from incsvr.vehicle.validation import Errors, alone, errors
+from incsvr.vehicle.terms import PRODUCT, Term, couplings, extras, own_damping, restoring
+from incsvr.vehicle.validation import Errors, alone
 
 MIN_WINDOWS_A_PARAMETER = 2.0
 """Windows of which there must be so many for each parameter: fewer can be fitted by anything."""
-WINDOW_CELLS = int(CELLS_A_SCALE)
-"""Cells of a window, which lasts the shortest time over which a velocity stays correlated: longer ones end in a local
-minimum more often, and predict measured vehicles no better."""
-MAX_WINDOWS = 400
-"""Windows that are fitted; of more, these are spread evenly: eight minutes of a small ROV have as many."""
-PARTS = 4
-"""Parts of the data that are predicted by the others where no other recording is given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +100,7 @@ def identify(
     choices = (True, False) if set(axes) - set(driven) else (True,)
     structures = [_whole(axes, driven, motion, declared, scales, tied) for tied in choices]
     structure = structures[0]
-    windows = Windows(motion, _spread(motion.windows(WINDOW_CELLS)), WINDOW_CELLS)
+    windows = spread_windows(motion)
     if windows.first.size < MIN_WINDOWS_A_PARAMETER * structure.size:
         least = MIN_WINDOWS_A_PARAMETER * structure.size * WINDOW_CELLS * motion.step
         raise BadInput(
@@ -122,22 +114,17 @@ def identify(
     candidates = [*extras(axes, driven, motion.recorded), *driven]
     fitted = extended(windows, fitted, candidates, scales)
     vehicle = _vehicle(name, axes, driven, motion, fitted, scales, declared)
-    splits = [(windows, unseen)] if unseen is not None else _parts(motion)
-    together = _together([_judged(part, fitted, scales, test) for part, test in splits])
+    splits = [(windows, unseen)] if unseen is not None else parts_in_turns(motion)
+    errors = together([judged(part, fitted, scales, test) for part, test in splits])
     by_itself = {}
     for axis in axes:
         own = alone(fitted.structure, axis)
         kept = [k for k in range(fitted.structure.size) if _belongs(fitted.structure, k, axis)]
         begin = Fit(own, fitted.parameters[kept], fitted.scale[kept], *(np.empty(0),) * 4)
-        by_itself[axis] = _together([_judged(part, begin, scales, test) for part, test in splits])
+        by_itself[axis] = together([judged(part, begin, scales, test) for part, test in splits])
     return Identified(
-        vehicle, refusals, _manoeuvres(vehicle), together, by_itself, motion.seconds, motion.step, unseen is not None
+        vehicle, refusals, manoeuvres(vehicle), errors, by_itself, motion.seconds, motion.step, unseen is not None
     )
-
-
-def _spread(first: NDArray[np.intp]) -> NDArray[np.intp]:
-    """At most MAX_WINDOWS of the windows, spread evenly."""
-    return first[np.linspace(0, first.size - 1, min(first.size, MAX_WINDOWS)).astype(np.intp)]
 
 
 def _refusals(motion: WholeMotion) -> dict[str, str]:
@@ -237,73 +224,3 @@ def _vehicle(
     lags = dict(zip(structure.lags, parameters[first + len(structure.terms) :], strict=True))
     fastest = np.abs(motion.velocity).max(axis=0)
     return Vehicle(name, axes, driven, {**mass, **known}, terms, lags, fastest)
-
-
-def _parts(motion: WholeMotion) -> list[tuple[Windows, WholeMotion]]:
-    """Windows of all but one part of the data, and that part."""
-    edges = np.linspace(0, motion.velocity.shape[0], PARTS + 1).astype(int).tolist()
-    found = []
-    for a, b in pairwise(edges):
-        inside = motion.between(a, b)
-        first = motion.windows(WINDOW_CELLS)
-        rest = first[(first + WINDOW_CELLS < a) | (first >= b)]
-        found.append((Windows(motion, _spread(rest), WINDOW_CELLS), inside))
-    return found
-
-
-def _judged(windows: Windows, begin: Fit, scales: Scales, test: WholeMotion) -> tuple[Errors, int]:
-    """The errors on `test` of the model fitted to the windows, and how many cells they are of."""
-    structure = begin.structure
-    fitted = fit(windows, structure, begin.parameters, begin.scale, scales.bounds(structure))
-    return errors(structure, fitted.parameters, test), test.velocity.shape[0]
-
-
-def _together(found: list[tuple[Errors, int]]) -> Errors:
-    """Errors of several parts as of one."""
-    if len(found) == 1:
-        return found[0][0]
-    weights = np.array([count for _, count in found], dtype=np.float64)
-
-    def mean(values: list[Array]) -> Array:
-        return np.asarray(np.sqrt(np.average(np.stack(values) ** 2, axis=0, weights=weights[: len(values)])))
-
-    every = [each for each, _ in found]
-    shared = [seconds for seconds in every[0].horizons if all(seconds in each.horizons for each in every)]
-    horizons = {
-        seconds: (
-            mean([each.horizons[seconds][0] for each in every]),
-            mean([each.horizons[seconds][1] for each in every]),
-            mean([each.horizons[seconds][2] for each in every]),
-        )
-        for seconds in shared
-    }
-    track = {
-        seconds: float(mean([np.array(each.track[seconds]) for each in every]))
-        for seconds in shared
-        if seconds in every[0].track
-    }
-    return Errors(
-        every[0].axes, horizons, mean([each.free_run for each in every]), mean([each.zero for each in every]), track
-    )
-
-
-def _manoeuvres(vehicle: Vehicle) -> tuple[str, ...]:
-    """What would show the parameters that are not excited."""
-    found: list[str] = []
-    for (one, other), parameter in vehicle.mass.items():
-        if parameter.origin == UNKNOWN:
-            what = f"the {one} inertia" if one == other else f"the inertia that couples {one} and {other}"
-            found.append(f"{what} is not excited: change the {one} effort in steps, faster than the vehicle settles")
-        elif parameter.origin == ASSUMED:
-            found.append(
-                f"the {one} inertia is assumed, because no effort acts along {one}: declare it with --mass-matrix"
-            )
-    for term, parameter in vehicle.terms.items():
-        if parameter.origin != UNKNOWN:
-            continue
-        if term.kind in (LINEAR, QUADRATIC):
-            how = f"hold several {term.axis} speeds, slow and fast, to both sides"
-        else:
-            how = f"move along {' and '.join(term.of) or term.axis} at the same time, in several proportions"
-        found.append(f"{term.axis} {term.name} is not excited: {how}")
-    return tuple(dict.fromkeys(found))

@@ -1,0 +1,80 @@
+"""Errors of a vehicle's model on unseen data: other recordings, or each part of these by the others."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.numerics import Array
+from incsvr.vehicle.fitting import Fit, Windows, fit
+from incsvr.vehicle.motion import CELLS_A_SCALE, WholeMotion
+from incsvr.vehicle.scales import Scales
+from incsvr.vehicle.validation import Errors, errors
+
+WINDOW_CELLS = int(CELLS_A_SCALE)
+"""Cells of a window, which lasts the shortest time over which a velocity stays correlated: longer ones end in a local
+minimum more often, and predict measured vehicles no better."""
+MAX_WINDOWS = 400
+"""Windows that are fitted; of more, these are spread evenly: eight minutes of a small ROV have as many."""
+PARTS = 4
+"""Parts of the data that are predicted by the others where no other recording is given."""
+
+
+def spread_windows(motion: WholeMotion) -> Windows:
+    """The windows of a motion that are fitted."""
+    return Windows(motion, _spread(motion.windows(WINDOW_CELLS)), WINDOW_CELLS)
+
+
+def _spread(first: NDArray[np.intp]) -> NDArray[np.intp]:
+    """At most MAX_WINDOWS of the windows, spread evenly."""
+    return first[np.linspace(0, first.size - 1, min(first.size, MAX_WINDOWS)).astype(np.intp)]
+
+
+def parts_in_turns(motion: WholeMotion) -> list[tuple[Windows, WholeMotion]]:
+    """Windows of all but one part of the data, and that part."""
+    edges = np.linspace(0, motion.velocity.shape[0], PARTS + 1).astype(int).tolist()
+    found = []
+    for a, b in pairwise(edges):
+        inside = motion.between(a, b)
+        first = motion.windows(WINDOW_CELLS)
+        rest = first[(first + WINDOW_CELLS < a) | (first >= b)]
+        found.append((Windows(motion, _spread(rest), WINDOW_CELLS), inside))
+    return found
+
+
+def judged(windows: Windows, begin: Fit, scales: Scales, test: WholeMotion) -> tuple[Errors, int]:
+    """The errors on `test` of the model fitted to the windows, and how many cells they are of."""
+    structure = begin.structure
+    fitted = fit(windows, structure, begin.parameters, begin.scale, scales.bounds(structure))
+    return errors(structure, fitted.parameters, test), test.velocity.shape[0]
+
+
+def together(found: list[tuple[Errors, int]]) -> Errors:
+    """Errors of several parts as of one."""
+    if len(found) == 1:
+        return found[0][0]
+    weights = np.array([count for _, count in found], dtype=np.float64)
+
+    def mean(values: list[Array]) -> Array:
+        return np.asarray(np.sqrt(np.average(np.stack(values) ** 2, axis=0, weights=weights[: len(values)])))
+
+    every = [each for each, _ in found]
+    shared = [seconds for seconds in every[0].horizons if all(seconds in each.horizons for each in every)]
+    horizons = {
+        seconds: (
+            mean([each.horizons[seconds][0] for each in every]),
+            mean([each.horizons[seconds][1] for each in every]),
+            mean([each.horizons[seconds][2] for each in every]),
+        )
+        for seconds in shared
+    }
+    track = {
+        seconds: float(mean([np.array(each.track[seconds]) for each in every]))
+        for seconds in shared
+        if seconds in every[0].track
+    }
+    return Errors(
+        every[0].axes, horizons, mean([each.free_run for each in every]), mean([each.zero for each in every]), track
+    )
