@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from incsvr.vehicle.compare import Comparison, compare
 from incsvr.vehicle.identify import Identified, identify
 from incsvr.vehicle.model import Parameter, Vehicle
 from incsvr.vehicle.motion import WholeMotion, on_grid
 
-__all__ = ["Identified", "Parameter", "Vehicle", "WholeMotion", "identify", "on_grid"]
+__all__ = ["Comparison", "Identified", "Parameter", "Vehicle", "WholeMotion", "compare", "identify", "on_grid"]

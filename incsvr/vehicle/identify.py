@@ -27,7 +27,7 @@ from incsvr.vehicle.scales import Scales
 from incsvr.vehicle.selection import MIN_EVIDENCE, LeftOut, extended, parts, reduced
 from incsvr.vehicle.structure import Pair, Structure, coupled_pairs
 from incsvr.vehicle.terms import PRODUCT, Term, couplings, extras, own_damping, restoring
-from incsvr.vehicle.validation import Errors, alone
+from incsvr.vehicle.validation import NO_ERRORS, Errors, alone
 
 MIN_WINDOWS_A_PARAMETER = 2.0
 """Windows of which there must be so many for each parameter: fewer can be fitted by anything."""
@@ -76,6 +76,7 @@ def identify(
     unseen: WholeMotion | None = None,
     declared: Mapping[Pair, float] | None = None,
     name: str = "vehicle",
+    validate: bool = True,
 ) -> Identified:
     """The model of the vehicle that moved so.
 
@@ -84,6 +85,7 @@ def identify(
         unseen: runs for the errors alone, on the same grid.
         declared: entries of M that are known [kg], [kg m], [kg m²], by the names of both axes.
         name: as people call the vehicle.
+        validate: whether the errors of predictions are asked for; else they are those of nothing.
 
     Raises:
         BadInput: nothing drives the vehicle, or the recordings are too short; with the cure.
@@ -114,6 +116,8 @@ def identify(
     candidates = [*extras(axes, driven, motion.recorded), *driven]
     fitted = extended(windows, fitted, candidates, scales)
     vehicle = _vehicle(name, axes, driven, motion, fitted, scales, declared)
+    if not validate:
+        return Identified(vehicle, refusals, manoeuvres(vehicle), NO_ERRORS, {}, motion.seconds, motion.step, False)
     splits = [(windows, unseen)] if unseen is not None else parts_in_turns(motion)
     errors = together([judged(part, fitted, scales, test) for part, test in splits])
     by_itself = {}

@@ -16,10 +16,10 @@ MIN_BLOCKS = 8
 """Fewer blocks than this beyond the number of parameters say little: windows then count one by one."""
 
 
-def standard_errors(fitted: Fit) -> tuple[Array, int]:
-    """(size,) standard errors of the parameters, and the degrees of freedom of their t distribution.
+def covariance(fitted: Fit) -> tuple[Array, int]:
+    """(size, size) covariance of the parameters, and the degrees of freedom of their t distribution.
 
-    They are those of an M-estimator, H⁻¹ (Σ s sᵀ) H⁻¹ with the scores s of blocks of windows, so that errors may be of
+    It is that of an M-estimator, H⁻¹ (Σ s sᵀ) H⁻¹ with the scores s of blocks of windows, so that errors may be of
     any size and colour within a block.
     """
     count, windows = fitted.parameters.size, fitted.error.shape[0]
@@ -33,11 +33,11 @@ def standard_errors(fitted: Fit) -> tuple[Array, int]:
     number = summed.shape[0]
     freedom = max(number - count, 1)
     meat = summed.T @ summed * (number / freedom)
-    return np.sqrt(np.diag(bread @ meat @ bread)), freedom
+    return np.asarray(bread @ meat @ bread), freedom
 
 
 def intervals(fitted: Fit, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
     """Lower and upper ends (size,) each, within the bounds of physics."""
-    error, freedom = standard_errors(fitted)
-    reach = float(student.ppf(0.5 * (1.0 + CONFIDENCE), freedom)) * error
+    spread, freedom = covariance(fitted)
+    reach = float(student.ppf(0.5 * (1.0 + CONFIDENCE), freedom)) * np.sqrt(np.diag(spread))
     return np.maximum(fitted.parameters - reach, bounds[0]), np.minimum(fitted.parameters + reach, bounds[1])

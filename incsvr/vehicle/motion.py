@@ -103,6 +103,17 @@ def on_grid(runs: Sequence[Streams], step: float | None = None) -> WholeMotion:
     return WholeMotion(step, velocity, effort, angle, start, recorded)
 
 
+def joined(motions: Sequence[WholeMotion]) -> WholeMotion:
+    """Motions on one grid, one after the other."""
+    velocity, effort, angle = (
+        np.concatenate([getattr(each, name) for each in motions]) for name in ("velocity", "effort", "angle")
+    )
+    lengths = [np.diff(each.start) for each in motions]
+    start = np.concatenate(([0], np.cumsum(np.concatenate(lengths)))).astype(np.intp)
+    recorded = frozenset.intersection(*(each.recorded for each in motions))
+    return WholeMotion(motions[0].step, velocity, effort, angle, start, recorded)
+
+
 def period(stream: Stream) -> float:
     """The usual time between two values of a stream [s]."""
     return float(np.median(np.diff(stream[0])))

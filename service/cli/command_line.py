@@ -74,6 +74,11 @@ COMMANDS = {
         "the model of a whole vehicle, all axes together, with intervals and errors on unseen dives",
         "incsvr identify dive.csv --validate other.csv --write vehicle.yaml",
     ),
+    "compare": (
+        "service.commands.compare",
+        "the inertias and drags of one vehicle dive by dive, and in which dive they changed",
+        "incsvr compare may.csv june.csv july.csv --table history.parquet",
+    ),
     "forecast": (
         "service.commands.forecast",
         "asks a running learner where yaw rate and heading go while the gyro is lost, or under a planned torque",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -78,3 +79,25 @@ def test_it_is_a_call_in_python(dives: Path) -> None:
 def test_a_mass_matrix_of_no_numbers_is_refused(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["identify", str(dives / "one.csv"), "--mass-matrix", "a,b"]) == 2
     assert "six numbers from surge to yaw" in capsys.readouterr().err
+
+
+def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path) -> None:
+    rng = np.random.default_rng(53)
+    body = torpedo(rng)
+    more = np.where(np.arange(6) == 5, 1.3, 1.0)
+    fouled = replace(body, linear=body.linear * more, quadratic=body.quadratic * more)
+    for name, each in (("may", body), ("june", body), ("july", fouled)):
+        write(tmp_path / f"{name}.csv", from_streams(name, swim(each, 120.0, rng)))
+    dives = [str(tmp_path / f"{name}.csv") for name in ("may", "june", "july")]
+    target, history = tmp_path / "compared.json", tmp_path / "history.parquet"
+    assert main(["compare", *dives, "--json", str(target), "--table", str(history)]) == 0
+    rows = json.loads(target.read_text(encoding="utf-8"))["rows"]
+    changed = [(row["dive"], row["axis"], row["quantity"]) for row in rows if row["changed"]]
+    assert changed == [("july.csv", "yaw", "drag")]
+    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra logs is not installed")
+    assert parquet.read_table(history).num_rows == len(rows)
+
+
+def test_one_dive_is_nothing_to_compare(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", str(dives / "one.csv")]) == 2
+    assert "at least two dives" in capsys.readouterr().err

@@ -1,0 +1,206 @@
+"""Whether a vehicle has changed between dives: its coefficients dive by dive, and a test that holds its level over all.
+
+One structure is chosen on all dives together; each dive then gives its own inertias and drags with standard errors.
+Dive k is compared with the mean of the dives since the last change. It may spend 0.05/(k (k + 1)), divided among the
+quantities, so that any number of dives spends 5 % together (the union bound; the dives need not be independent).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import t as student
+
+from incsvr.errors import BadInput
+from incsvr.numerics import Array
+from incsvr.plant.axes import AXES
+from incsvr.vehicle.fitting import Fit, fit
+from incsvr.vehicle.held_out import spread_windows
+from incsvr.vehicle.identify import Identified, identify
+from incsvr.vehicle.intervals import covariance
+from incsvr.vehicle.model import DECLARED
+from incsvr.vehicle.motion import WholeMotion, joined
+from incsvr.vehicle.scales import Scales
+from incsvr.vehicle.structure import Pair, Structure
+from incsvr.vehicle.terms import LINEAR, QUADRATIC
+
+LEVEL = 0.05
+"""Chance of any false change over all dives and quantities."""
+USUAL_SPEED = 1.5
+"""Speed at which drags are compared, in RMS speeds of all dives: linear and quadratic coefficients trade off against
+each other, their sum there does not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What is compared.
+
+    Attributes:
+        axis: its name.
+        kind: "inertia", or "drag" at `speed`.
+        speed: at which the drag is taken [m/s] or [rad/s]; 0 of an inertia.
+    """
+
+    axis: str
+    kind: str
+    speed: float = 0.0
+
+    @property
+    def unit(self) -> str:
+        """Of its values."""
+        along = AXES[self.axis].along
+        return ("kg" if along else "kg m²") if self.kind == "inertia" else ("N" if along else "N m")
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A quantity in one dive.
+
+    Attributes:
+        estimate, error: value and standard error, in its unit.
+        low, high: its interval of 95 %.
+        reference: mean of the dives since the last change; None of the first of them.
+        p_value: of no change against that mean; None of the first.
+        changed: whether the test says that it changed in this dive.
+    """
+
+    estimate: float
+    error: float
+    low: float
+    high: float
+    reference: float | None
+    p_value: float | None
+    changed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Dives compared.
+
+    Attributes:
+        dives: their names, in order.
+        quantities: what is compared.
+        values: (quantities, dives).
+        identified: the model of all dives together.
+    """
+
+    dives: tuple[str, ...]
+    quantities: tuple[Quantity, ...]
+    values: tuple[tuple[Value, ...], ...]
+    identified: Identified
+
+    @property
+    def changes(self) -> list[tuple[str, Quantity, Value]]:
+        """Dive, quantity and value of each change that was found."""
+        return [
+            (dive, quantity, value)
+            for quantity, row in zip(self.quantities, self.values, strict=True)
+            for dive, value in zip(self.dives, row, strict=True)
+            if value.changed
+        ]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One row a dive and quantity, for tables."""
+        return [
+            {
+                "dive": dive, "axis": quantity.axis, "quantity": quantity.kind, "at_speed": quantity.speed,
+                "unit": quantity.unit, "estimate": value.estimate, "standard_error": value.error, "low": value.low,
+                "high": value.high, "reference": value.reference, "p_value": value.p_value, "changed": value.changed,
+            }
+            for quantity, row in zip(self.quantities, self.values, strict=True)
+            for dive, value in zip(self.dives, row, strict=True)
+        ]  # fmt: skip
+
+
+def compare(
+    dives: Sequence[WholeMotion], names: Sequence[str], declared: Mapping[Pair, float] | None = None
+) -> Comparison:
+    """The dives of one vehicle, compared in their order.
+
+    Args:
+        dives: motions on one grid.
+        names: what they are called.
+        declared: entries of M that are known.
+
+    Raises:
+        BadInput: fewer than two dives, or one that is too short.
+    """
+    if len(dives) < 2:
+        raise BadInput("comparing needs at least two dives; give more recordings")
+    declared = {} if declared is None else declared
+    whole = joined(dives)
+    identified = identify(whole, None, declared, validate=False)
+    vehicle = identified.vehicle
+    structure, start = vehicle.structure, vehicle.parameters
+    known = [k for k, parameter in enumerate(vehicle.mass.values()) if parameter.origin == DECLARED]
+    scales = Scales.of(whole, {one: value for (one, other), value in declared.items() if one == other})
+    quantities = _quantities(structure, whole, known)
+    found = []
+    for name, dive in zip(names, dives, strict=True):
+        windows = spread_windows(dive)
+        if windows.first.size < structure.size + 2:
+            raise BadInput(
+                f"{name}: {dive.seconds:.3g} s are too short to fit {structure.size} parameters; leave it out"
+            )
+        low, high = (bound.copy() for bound in scales.bounds(structure))
+        for k in known:
+            low[k] = high[k] = start[k]
+        fitted = fit(windows, structure, start, np.maximum(np.abs(start), scales.start(structure)[1]), (low, high))
+        found.append(_measured(fitted, quantities))
+    values = [_tested(np.array([each[k] for each in found]), len(quantities)) for k in range(len(quantities))]
+    return Comparison(tuple(names), quantities, tuple(values), identified)
+
+
+def _quantities(structure: Structure, motion: WholeMotion, known: Sequence[int]) -> tuple[Quantity, ...]:
+    """The inertia and the drag of each axis."""
+    speed = np.sqrt(np.mean(motion.velocity**2, axis=0))
+    inertias = [
+        Quantity(one, "inertia") for k, (one, other) in enumerate(structure.mass) if one == other and k not in known
+    ]
+    drags = [Quantity(axis, "drag", USUAL_SPEED * float(speed[list(AXES).index(axis)])) for axis in structure.axes]
+    return (*inertias, *drags)
+
+
+def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> list[tuple[float, float, int]]:
+    """Estimate, standard error and degrees of freedom of each quantity: linear in the parameters."""
+    structure, (spread, freedom) = fitted.structure, covariance(fitted)
+    found = []
+    for quantity in quantities:
+        along = np.zeros(structure.size)
+        if quantity.kind == "inertia":
+            along[structure.mass.index((quantity.axis, quantity.axis))] = 1.0
+        first = len(structure.mass)
+        for k, term in enumerate(structure.terms):
+            if quantity.kind == "drag" and term.axis == quantity.axis and term.kind in (LINEAR, QUADRATIC):
+                along[first + k] = quantity.speed ** (1 if term.kind == LINEAR else 2)
+        found.append((float(along @ fitted.parameters), float(np.sqrt(along @ spread @ along)), freedom))
+    return found
+
+
+def _tested(rows: Array, quantities: int) -> tuple[Value, ...]:
+    """Each dive of one quantity against the mean of those since the last change.
+
+    Args:
+        rows: (dives, 3) estimates, standard errors and degrees of freedom.
+        quantities: how many share the level.
+    """
+    values: list[Value] = []
+    begin = 0
+    for k, (estimate, error, freedom) in enumerate(rows.tolist()):
+        reach = float(student.ppf(0.975, freedom)) * error
+        before = rows[begin:k]
+        if before.size == 0:
+            values.append(Value(estimate, error, estimate - reach, estimate + reach, None, None, False))
+            continue
+        weights = 1.0 / before[:, 1] ** 2
+        reference = float(np.average(before[:, 0], weights=weights))
+        apart = (estimate - reference) / float(np.sqrt(error**2 + 1.0 / weights.sum()))
+        p_value = float(2.0 * student.sf(abs(apart), min(freedom, float(before[:, 2].min()))))
+        changed = p_value < LEVEL / (k * (k + 1) * quantities)
+        values.append(Value(estimate, error, estimate - reach, estimate + reach, reference, p_value, changed))
+        if changed:
+            begin = k
+    return tuple(values)
