@@ -63,7 +63,7 @@ several: .venv/ready  ## damping of several velocities beside least squares with
 
 vehicles: .venv/ready  ## every axis of every measured vehicle, beside eight other methods
 	$(BIN)/python -m benchmarks.vehicles
-	$(BIN)/python -m benchmarks.vehicles.whole
+	$(BIN)/python -m benchmarks.vehicles.whole_vehicle
 	$(BIN)/python -m benchmarks.vehicles.changes
 
 trouble: .venv/ready  ## faults and effects of real vehicles and logs, drawn anew

@@ -25,7 +25,7 @@ from incsvr.errors import BadInput
 
 __all__ = ["BadInput", "Log", "Result", "fit", "identify", "read", "trace"]
 
-_FILES = "service.commands.face"
+_FILES = "service.commands.python_api"
 """What reads files and calls the commands: named, not imported, so that the mathematics stays free of it."""
 
 

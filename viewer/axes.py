@@ -14,7 +14,7 @@ from math import ceil, floor, log10
 from PIL import Image, ImageDraw
 
 from incsvr.plant.axes import Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from viewer.painter import SHARP, Mark, Painter
 from viewer.palette import Colour, Palette
 

@@ -10,7 +10,7 @@ import rerun.blueprint as rrb
 from rerun.components import MarkerShape
 
 from incsvr.plant.axes import YAW
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.signals.samples import Samples
 from service.logs.picture import LogPicture
 from viewer.axes import Axes, Entry

@@ -9,7 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from service.wire import SETS
 from viewer import error, learning, signals, slices
 from viewer.compare import Choice

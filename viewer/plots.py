@@ -10,7 +10,7 @@ from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.tracing import Trace
 from incsvr.vehicle import Identified
 from service.cli.extras import how_to_install

@@ -14,7 +14,7 @@ import rerun.blueprint as rrb
 from rerun.components import MarkerShape, Radius
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from viewer.component_batches import scalars
 from viewer.frame import APPLICATION, ITERATION, VEHICLE_TIME, WALL_TIME, Floats
 from viewer.palette import Colour

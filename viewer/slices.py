@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.learning.model import Model
-from incsvr.learning.several.surface import Several
+from incsvr.learning.several_velocities.surface import Several
 from viewer.axes import Axes, Entry, NumberedAxis, axis_for
 from viewer.component_batches import NONE, points, strips
 from viewer.curve import CURVE_STEP, dashes, runs

@@ -23,7 +23,7 @@ from incsvr.forecasting import Experience, Forecast, Grid, Start, forecast
 from incsvr.forecasting.experience import HORIZON_ERRORS, NORMAL_95_DEVIATIONS, widening
 from incsvr.forecasting.experience import HORIZONS_S as TRIED
 from incsvr.free_run.integrator import Damping, free_run, tabulated
-from incsvr.learning import guarded
+from incsvr.learning import checked_learner
 from incsvr.learning.baselines import Data, LeastSquares
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, root_mean_square
@@ -82,14 +82,14 @@ def examine(work: tuple[Case, float]) -> list[Record]:
     whole = Grid.of(streams[YAW_RATE], streams[TORQUE], signals.smoothing, signals.sample_period, held)
     contest = Contest(case.name, inertia, whole, truth or _measured(whole), signals.sample_period)
     vehicle = Vehicle(inertia, settings.rate_range, signals.smoothing, believed=False)
-    state, experience = guarded.begin(settings), Experience()
+    state, experience = checked_learner.begin(settings), Experience()
     for number, batch in enumerate(batches(samples, settings.batch)):
         model = state.learner.model
         if model.is_trained:
             past = samples.take(slice(0, number * settings.batch))
             textbook = LeastSquares().fit(Data.of(past, streams[YAW_RATE], streams[TORQUE]))
             contest.over(batch, model, experience, tabulated(textbook.predict, 2.5 * experience.fastest))
-        state, verdict, _ = guarded.learn(settings, vehicle, state, batch)
+        state, verdict, _ = checked_learner.learn(settings, vehicle, state, batch)
         if verdict.learn:
             newest = (whole.time >= batch.time[0] - TRIED[-1]) & (whole.time <= batch.time[-1])
             experience = experience.after(model, inertia, whole.part(newest))

@@ -18,7 +18,7 @@ from benchmarks.learner import sensor_scenarios as scenarios
 from benchmarks.learner.policies import Policy, batches
 from benchmarks.study import Record
 from incsvr.checks import Decision, Vehicle, implausible
-from incsvr.learning import guarded
+from incsvr.learning import checked_learner
 from incsvr.learning.learner import Settings
 from incsvr.numerics import Array
 from incsvr.signals import Synchroniser
@@ -62,7 +62,7 @@ class Case:
 def follow(voyage: scenarios.Voyage, settings: Settings) -> Iterator[Look]:
     """The learner behind the checks over a voyage, looked at after each piece of it."""
     vehicle = Vehicle(leng.INERTIA, settings.rate_range, leng.SIGNALS.smoothing)
-    synchroniser, state, waiting = Synchroniser(leng.SIGNALS), guarded.begin(settings), Samples.empty()
+    synchroniser, state, waiting = Synchroniser(leng.SIGNALS), checked_learner.begin(settings), Samples.empty()
     clocks = {name: np.fmax.accumulate(t) for name, (t, _) in voyage.streams.items()}
     began, paused = 0.0, False
     refused: dict[str, int] = {}
@@ -80,7 +80,7 @@ def follow(voyage: scenarios.Voyage, settings: Settings) -> Iterator[Look]:
         waiting = Samples.concatenate((waiting, synchroniser.ready()))
         while len(waiting) >= settings.batch:
             batch, waiting = waiting.take(slice(0, settings.batch)), waiting.take(slice(settings.batch, None))
-            state, verdict, _ = guarded.learn(settings, vehicle, state, batch)
+            state, verdict, _ = checked_learner.learn(settings, vehicle, state, batch)
             paused = not verdict.learn
             kinds += [finding.kind for finding in verdict.findings if finding.decision > Decision.CLEAN]
             model = state.learner.model
@@ -185,11 +185,11 @@ def paper(seed: int, policy: Policy) -> Record:
     """The paper's experiment: T1 without the hull, T2 with it."""
     settings = Settings(policy=policy)
     vehicle = Vehicle(leng.INERTIA, settings.rate_range, leng.SIGNALS.smoothing)
-    experiment, state = leng.experiment(seed), guarded.begin(settings)
+    experiment, state = leng.experiment(seed), checked_learner.begin(settings)
     paused, said = 0, set()
     for samples in (experiment.T1, experiment.T2):
         for batch in batches(samples, settings.batch):
-            state, verdict, _ = guarded.learn(settings, vehicle, state, batch)
+            state, verdict, _ = checked_learner.learn(settings, vehicle, state, batch)
             paused += not verdict.learn
             said |= {finding.kind for finding in verdict.findings}
     return {"policy": policy, "seed": seed, "paused_batches": paused, "said": sorted(said)}

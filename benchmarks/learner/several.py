@@ -23,10 +23,10 @@ from benchmarks.tables import SIGMAS_OF_95, page, table
 from benchmarks.vehicles.gaussian_process import Predictor, gaussian_process
 from benchmarks.vehicles.splits import SPLITS, Split
 from incsvr.checks import Vehicle
-from incsvr.learning import guarded
+from incsvr.learning import checked_learner
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
-from incsvr.learning.several.velocities import points
+from incsvr.learning.several_velocities.velocities import points
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.signals.samples import Samples
@@ -132,7 +132,7 @@ def learned(case: Case, policy: str, capacity: int, others: tuple[str, ...]) -> 
     """The last model of the online loop with its checks, and how many batches these put aside."""
     settings = replace(case.settings, policy=cast(Any, policy), capacity=capacity, others=others)
     model, aside = None, 0
-    for verdict, iteration in guarded.follow(settings, case.vehicle, case.fitted, rest=True):
+    for verdict, iteration in checked_learner.follow(settings, case.vehicle, case.fitted, rest=True):
         aside += not verdict.learn
         if iteration is not None and iteration.model.is_trained:
             model = iteration.model

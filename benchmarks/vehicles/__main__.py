@@ -18,18 +18,18 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from benchmarks.study import MEASURED, Record, begin, in_processes, options, publish
-from benchmarks.vehicles.material import Material
 from benchmarks.vehicles.motion import Motion, Trivial
 from benchmarks.vehicles.peers import frols, process, sindy
 from benchmarks.vehicles.report import report
 from benchmarks.vehicles.splits import SPLITS, Split, skipped
+from benchmarks.vehicles.study_data import Material
 from incsvr.effects import Signals, Term
 from incsvr.errors import BadInput
 from incsvr.learning.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, RecursiveLeastSquares
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import VELOCITIES
-from incsvr.plant.inertia import products
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.mass_and_coriolis import products
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.thresholds import HORIZON_SCALES

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from incsvr.checks.stuck import STREAM_WORDS
+from incsvr.checks.frozen_stream import STREAM_WORDS
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.signals.raw import PERIOD, TORQUE, named
 from incsvr.signals.samples import Samples

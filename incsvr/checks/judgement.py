@@ -24,6 +24,7 @@ from incsvr.checks.agreement import (
 )
 from incsvr.checks.clock import paces, period
 from incsvr.checks.curve import Curve
+from incsvr.checks.frozen_stream import STREAM_WORDS, stuck
 from incsvr.checks.heading import against_heading
 from incsvr.checks.leaps import leaps
 from incsvr.checks.misfit import LASTING_SIGMAS, RESPONSE, UNCLEAR
@@ -31,9 +32,8 @@ from incsvr.checks.outliers import outliers, scatter
 from incsvr.checks.power import MIN_TURNING_RATE_SHARE, drives, turns
 from incsvr.checks.response import Estimate, Residual, agrees, causes
 from incsvr.checks.state import PRIOR_LAG_PRECISION, State, Vehicle
-from incsvr.checks.stuck import STREAM_WORDS, stuck
+from incsvr.checks.torque_without_turn import unmoved
 from incsvr.checks.unit import unit
-from incsvr.checks.unmoved import unmoved
 from incsvr.checks.verdict import CHANGE, CHANGE_MEMORY_S, Decision, Finding, Verdict
 from incsvr.numerics import Array
 from incsvr.signals.raw import HEADING, HIGH, LOW, TORQUE, named

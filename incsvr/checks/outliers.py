@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.checks.stuck import STREAM_WORDS
+from incsvr.checks.frozen_stream import STREAM_WORDS
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.signals.raw import COUNT, HIGH, LOW, MOVE, SPIKES, named
 from incsvr.signals.samples import Samples

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.checks.frozen_stream import STREAM_UNITS, STREAM_WORDS
 from incsvr.checks.power import MIN_TURNING_RATE_SHARE
-from incsvr.checks.stuck import STREAM_UNITS, STREAM_WORDS
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from incsvr.signals.coupled import BodyTorque
 from incsvr.signals.settings import SignalSettings
-from incsvr.signals.takes_torque import TakesTorque
+from incsvr.signals.torque_takers import TakesTorque
 
 if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation

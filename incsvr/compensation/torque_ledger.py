@@ -24,7 +24,7 @@ from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
 from incsvr.signals.coupled import BodyTorque, without
 from incsvr.signals.smoothing import Smoothed, smooth
 from incsvr.signals.streams import JUMP_S
-from incsvr.signals.takes_torque import TorqueSplit
+from incsvr.signals.torque_takers import TorqueSplit
 
 STEPS_PER_WIDTH = 6
 """Fine steps in the smoothing's standard deviation."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.learning.driven import independent_share
+from incsvr.learning.driven_motion import independent_share
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import Axis, accelerating, products
 from incsvr.plant.body import Motion

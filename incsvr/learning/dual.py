@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
 from incsvr.learning.kernel import rbf, rbf_at_rest
-from incsvr.learning.solver.certificate import Solution, certify
 from incsvr.learning.solver.coordinate_descent import descend
 from incsvr.learning.solver.crossover import cross, edges
+from incsvr.learning.solver.duality_gap import Solution, certify
 from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
 from incsvr.learning.solver.interior_point import path
 from incsvr.learning.solver.matrix import Factored, Whole

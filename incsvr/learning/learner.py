@@ -22,15 +22,15 @@ from numpy.typing import NDArray
 from incsvr.errors import BadInput
 from incsvr.learning.criteria import Mask
 from incsvr.learning.disagreement import Disagreement
-from incsvr.learning.driven import Recent, sift
+from incsvr.learning.driven_motion import Recent, sift
 from incsvr.learning.dual import MAX_INPUT_NORM
 from incsvr.learning.excitation import Water
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies import paper, weighted
-from incsvr.learning.several import paper as several_paper
-from incsvr.learning.several import weighted as several_weighted
-from incsvr.learning.several.freeing import by_itself
+from incsvr.learning.several_velocities import paper as several_paper
+from incsvr.learning.several_velocities import weighted as several_weighted
+from incsvr.learning.several_velocities.freeing import by_itself
 from incsvr.signals.samples import Samples
 
 __all__ = ["Iteration", "Settings", "State", "start", "step"]

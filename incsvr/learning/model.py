@@ -14,7 +14,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.excitation import Water
 from incsvr.learning.kernel import rbf
 from incsvr.learning.prediction import Prediction, Table
-from incsvr.learning.several.surface import Several, Surface
+from incsvr.learning.several_velocities.surface import Several, Surface
 from incsvr.learning.spread import Spread
 from incsvr.learning.support_set import SupportSet
 from incsvr.numerics import Array

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.learning.driven import independent_share
+from incsvr.learning.driven_motion import independent_share
 from incsvr.numerics import Array
 from incsvr.signals.smoothing import smooth
 

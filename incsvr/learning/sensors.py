@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from incsvr.checks import MODEL_KINDS, Finding, Vehicle, Verdict, verdict_sentences
-from incsvr.learning import guarded
+from incsvr.learning import checked_learner
 from incsvr.learning.iteration import Settings
 from incsvr.signals.samples import Samples
 
@@ -48,7 +48,7 @@ def examine(samples: Samples, settings: Settings, vehicle: Vehicle, coupled: boo
     Args:
         coupled: whether velocities were recorded whose product may drive the vehicle.
     """
-    verdicts = [verdict for verdict, _ in guarded.follow(settings, vehicle, samples, rest=True)]
+    verdicts = [verdict for verdict, _ in checked_learner.follow(settings, vehicle, samples, rest=True)]
     findings = [finding for verdict in verdicts for finding in verdict.findings]
     refused = IMPOSSIBLE_KINDS - {SIGN_KIND} if coupled else IMPOSSIBLE_KINDS
     of_the_model = MODEL_KINDS | {SIGN_KIND, STUCK_TORQUE_KIND} if coupled else MODEL_KINDS

@@ -12,7 +12,7 @@ import numpy as np
 from incsvr.numerics import Array
 from incsvr.plant.attitude import ATTITUDE, Restoring
 from incsvr.plant.axes import AXES, VELOCITIES, Axis, stream_of
-from incsvr.plant.inertia import coriolis_force, mass_matrix, products
+from incsvr.plant.mass_and_coriolis import coriolis_force, mass_matrix, products
 
 DECLARED_INERTIA = "declared inertia"
 """Line of the torque ledger for the axis's own inertia."""

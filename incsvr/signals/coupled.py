@@ -17,7 +17,7 @@ from incsvr.plant.axes import stream_of
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, DECLARED_INERTIA, RESTORING, Coupled
 from incsvr.signals.settings import TORQUE, YAW_RATE
 from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS, Smoothed, smooth
-from incsvr.signals.takes_torque import TakesTorque, TorqueSplit
+from incsvr.signals.torque_takers import TakesTorque, TorqueSplit
 
 MAX_PAUSE_S = 1.0
 """Longest pause between two values of another velocity, or of an angle, across which it is known [s]: a Doppler log

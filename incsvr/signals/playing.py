@@ -10,7 +10,7 @@ from incsvr.numerics import Array, Streams
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import SignalSettings
 from incsvr.signals.synchroniser import Synchroniser
-from incsvr.signals.takes_torque import TakesTorque
+from incsvr.signals.torque_takers import TakesTorque
 
 _BLOCK_VALUES = 4096
 """Values of the longest stream that are pushed at once."""

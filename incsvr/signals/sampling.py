@@ -15,7 +15,7 @@ from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, REQUIRED, TORQUE, WIDENING_FACTOR, YAW_RATE, SignalSettings
 from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS, Smoothed, smooth
 from incsvr.signals.streams import JUMP_S
-from incsvr.signals.takes_torque import TakesTorque, TorqueSplit
+from incsvr.signals.torque_takers import TakesTorque, TorqueSplit
 
 LeftOut = Mapping[str, Array]
 """Each stream's name → the stamps [s] of its values that are spikes (spikes.py)."""

@@ -31,7 +31,7 @@ import numpy as np
 
 from incsvr.numerics import Array
 from incsvr.signals.bursts import bursts
-from incsvr.signals.doubt import DoubtedStamps
+from incsvr.signals.doubted_stamps import DoubtedStamps
 
 JUMP_S = 10.0
 """Distance of a stamp from the newest beyond which it may be wrong, or of a clock that was set [s]."""

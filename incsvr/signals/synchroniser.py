@@ -33,7 +33,7 @@ from incsvr.signals.sampling import samples_at
 from incsvr.signals.settings import MAX_PAUSE_S, REQUIRED, TORQUE, WIDENING_FACTOR, YAW_RATE, SignalSettings
 from incsvr.signals.spikes import SpikeCount
 from incsvr.signals.streams import JUMP_S, Reading
-from incsvr.signals.takes_torque import TakesTorque
+from incsvr.signals.torque_takers import TakesTorque
 
 STATE_FORM = 2
 """Number of the form of what `to_dict` gives."""

@@ -7,8 +7,8 @@ from typing import Any
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.inertia import inertia_in_force
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.tracing.held_out import Errors, beats_zero
 from incsvr.tracing.model import TracedModel
 

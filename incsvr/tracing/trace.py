@@ -16,11 +16,11 @@ from incsvr.tracing.equivalence import simplest_equivalent
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.fit import Fit, fit
+from incsvr.tracing.free_run_relevance import without_unseen_effects
 from incsvr.tracing.refusals import refuse_too_little_motion
 from incsvr.tracing.result import result_of
 from incsvr.tracing.run import Run, check
 from incsvr.tracing.search import Search
-from incsvr.tracing.shown import without_unseen_effects
 from incsvr.tracing.thresholds import LOOP_CORRELATION, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
 from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, declared_nature, of_this_gyro, standing_time
 

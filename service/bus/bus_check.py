@@ -21,8 +21,8 @@ from service.bus.session import from_file
 from service.bus.zenoh_file import endpoints, section, tls_files
 from service.config.configuration import Config
 from service.config.sections import Bus
-from service.security.validity import validities
-from service.state.disk import OTHER_STATE, unwritable, user_name
+from service.security.certificate_validity import validities
+from service.state.disk_refusals import OTHER_STATE, unwritable, user_name
 from service.wire import Keys
 
 

@@ -26,7 +26,7 @@ from service.wire.json_text import json_text
 
 if TYPE_CHECKING:
     from service.config.sections import Bus
-    from service.security.validity import Validity
+    from service.security.certificate_validity import Validity
 
 log = logging.getLogger(__name__)
 
@@ -167,7 +167,7 @@ def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
     if not tls_section(config):
         return ()
     # Loaded where it is needed alone: most buses have none.
-    from service.security.validity import validities
+    from service.security.certificate_validity import validities
 
     return validities(config)
 

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from service.wire import Health, ModelSnapshot, StreamHealth
 
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}

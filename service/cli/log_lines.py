@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from service.wire import IterationReport, Learning
 
 

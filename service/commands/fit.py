@@ -13,8 +13,8 @@ from typing import Any
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
-from incsvr.plant.words import in_words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit, refuse_unwritable

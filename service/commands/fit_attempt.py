@@ -12,8 +12,8 @@ from incsvr.compensation.traced_motion import traced_free_run_errors
 from incsvr.errors import BadInput
 from incsvr.free_run.errors import FreeRun, free_run_errors, rmse
 from incsvr.free_run.motions import motions
-from incsvr.free_run.several import free_run_errors as over_several
-from incsvr.learning import guarded
+from incsvr.free_run.several_velocities import free_run_errors as over_several
+from incsvr.learning import checked_learner
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
@@ -78,7 +78,7 @@ class Terms:
         )
         verdicts: list[Verdict] = []
         iterations: list[Iteration] = []
-        for verdict, iteration in guarded.follow(settings, vehicle, samples):
+        for verdict, iteration in checked_learner.follow(settings, vehicle, samples):
             verdicts.append(verdict)
             if iteration is not None:
                 iterations.append(iteration)

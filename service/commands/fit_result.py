@@ -19,7 +19,7 @@ from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_an
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.resolution import resolution_fault
 from incsvr.plant.body import Coupled
-from incsvr.plant.inertia import inertia_in_force
+from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.signals import SignalSettings
 from incsvr.signals.samples import Samples
 from service.cli.progress import progress

@@ -11,7 +11,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from service import wire
 from service.bus.client import Client, bus_client
 from service.cli.output import emit

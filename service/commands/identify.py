@@ -7,7 +7,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
-from incsvr.plant.inertia import mass_matrix
+from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.vehicle import Identified, WholeMotion, identify, on_grid
 from service.cli.output import add_json_argument, emit, refuse_unwritable
 from service.commands.identify_text import text

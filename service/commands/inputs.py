@@ -21,7 +21,7 @@ from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrappe
 from service.commands.arguments import add_client_arguments
 from service.config.configuration import Config
 from service.config.sources import from_arguments
-from service.inputs import asking
+from service.inputs import message_interval_request
 from service.inputs.input_mapper import InputMapper
 from service.inputs.owners import AUTOPILOT, mavlink
 from service.inputs.source_binding import RATE, TORQUE
@@ -137,11 +137,15 @@ def _ask(session: zenoh.Session, hearing: InputMapper, arrivals: Arrivals, hertz
     """
     system = _vehicle(hearing, arrivals)
     answers: list[bytes] = []
-    key = f"mavlink/{system}/{AUTOPILOT}/{asking.ACK_MESSAGE}"
+    key = f"mavlink/{system}/{AUTOPILOT}/{message_interval_request.ACK_MESSAGE}"
     listener = session.declare_subscriber(key, lambda sample: answers.append(sample.payload.to_bytes()))
     said = {}
-    for name, number in asking.REQUESTED_MESSAGES.items():
-        session.put(asking.REQUEST_KEY, asking.request(int(system), number, hertz), encoding="application/json")
+    for name, number in message_interval_request.REQUESTED_MESSAGES.items():
+        session.put(
+            message_interval_request.REQUEST_KEY,
+            message_interval_request.request(int(system), number, hertz),
+            encoding="application/json",
+        )
         said[name] = _answer(answers)
     listener.undeclare()  # type: ignore[no-untyped-call]
     return said
@@ -166,7 +170,7 @@ def _answer(answers: list[bytes]) -> str:
     pause, until = threading.Event(), time.monotonic() + VEHICLE_TIMEOUT_S
     while time.monotonic() < until:
         while answers:
-            accepted = asking.is_accepted(answers.pop(0))
+            accepted = message_interval_request.is_accepted(answers.pop(0))
             if accepted is not None:
                 return "accepted" if accepted else "refused"
         pause.wait(POLL_S)

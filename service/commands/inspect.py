@@ -12,13 +12,13 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from incsvr.signals.seldom import slow_torque
+from incsvr.signals.message_rates import slow_torque
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
 from service.config.sources import read as read_config
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.clocks import without_leaps
-from service.inputs.measuring import MeasuredStreams
+from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.presets import Proposal
 from service.inputs.quantities import si_unit
 from service.inputs.settings import Inputs, Preset, Source, Thrusters
@@ -26,8 +26,8 @@ from service.inputs.table import Table, Topic
 from service.logs.cut_log import cut_log
 from service.logs.cutting import Cut, add_cut_arguments
 from service.logs.dives import DIVE_RULE, one_dive
-from service.logs.doubts import in_degrees, refuse_without_numbers
 from service.logs.reading import LogDescription, describe, read, since_1970, writing_times
+from service.logs.suspect_columns import in_degrees, refuse_without_numbers
 
 SHOWN_FIELDS = 6
 """Fields of a topic that are shown to people; all of them go into the JSON object."""

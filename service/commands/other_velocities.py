@@ -17,7 +17,7 @@ from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
-from incsvr.plant.inertia import mass_matrix
+from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.signals import TORQUE as TORQUE_STREAM
 from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import decoupled_streams

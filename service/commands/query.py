@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from service.bus.client import bus_client
 from service.cli.output import emit
 from service.commands.arguments import add_question_arguments

@@ -11,7 +11,7 @@ from typing import Any
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace

@@ -16,7 +16,7 @@ from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, VELOCITIES, stream_of
 from incsvr.plant.body import Coupled
-from incsvr.plant.inertia import mass_matrix
+from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.signals import SignalSettings
 from service.config.core_yaml import quote
 from service.config.section import Name, Prefix, Section

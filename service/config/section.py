@@ -16,7 +16,7 @@ from pydantic import (
     field_validator,
 )
 
-from incsvr.plant.inertia import mass_matrix
+from incsvr.plant.mass_and_coriolis import mass_matrix
 
 
 def shaped(pattern: str, sentence: str) -> AfterValidator:

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from incsvr.checks import implausible
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
+from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
-from incsvr.plant.words import in_words_of
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.streams import JUMP_S
 from service import wire

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from incsvr.numerics import Array
-from incsvr.signals.seldom import SlowTorque, slow_torque
+from incsvr.signals.message_rates import SlowTorque, slow_torque
 from incsvr.signals.streams import JUMP_S
 
 CAPACITY_VALUES = 1024

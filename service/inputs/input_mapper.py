@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from service.inputs import bus_keys, frames, owners, vehicles
+from service.inputs import ardusub_frames, bus_keys, owners, vehicles
 from service.inputs.arming import Arming
 from service.inputs.clock_of_rate import ClockOfRate
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
-from service.inputs.leaves import leaves
-from service.inputs.resolving import ANGLE_NAME, BATTERY_NAME, named_topics, resolve, with_settled_sources
+from service.inputs.key_resolution import ANGLE_NAME, BATTERY_NAME, named_topics, resolve, with_settled_sources
+from service.inputs.message_fields import leaves
 from service.inputs.settings import Armed, Inputs
 from service.inputs.source_binding import RATE, TORQUE, VOLTAGE, SourceBinding
 from service.inputs.table import Topic
@@ -197,7 +197,7 @@ class InputMapper:
         inputs, thrusters = self.inputs, self.inputs.thrusters
         found = []
         if thrusters is not None and self._configured.thrusters is None and inputs.preset == "blueos":
-            doubt = frames.assumption(self.parameters)
+            doubt = ardusub_frames.assumption(self.parameters)
             found += [doubt] if doubt else []
         if thrusters is not None and self._torque.guessed_voltage(thrusters, self._latest):
             found.append(

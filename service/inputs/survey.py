@@ -10,7 +10,7 @@ import numpy as np
 
 from incsvr.checks import implausible
 from incsvr.numerics import Array, running_integral
-from incsvr.signals.seldom import slow_torque
+from incsvr.signals.message_rates import slow_torque
 from service.inputs.input_mapper import InputMapper
 from service.inputs.source_binding import RATE, TORQUE, SourceBinding
 

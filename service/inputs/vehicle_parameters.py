@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
-from service.inputs import frames
+from service.inputs import ardusub_frames
 from service.inputs.arming import MAX_WHOLE_NUMBER
 from service.inputs.forms import as_float
 
@@ -51,7 +51,7 @@ class VehicleParameters:
             return False
         name = name.partition("\0")[0]
         told = self.by_system.setdefault(system, {})
-        if not frames.concerns_thrusters(name) or told.get(name) == value:
+        if not ardusub_frames.concerns_thrusters(name) or told.get(name) == value:
             return False
         if name in told and when is not None:
             changes = self._changes.setdefault(system, deque(maxlen=MAX_CHANGES_SHOWN))

@@ -29,7 +29,7 @@ from incsvr.signals.streams import JUMP_S, Reading
 if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation
     from incsvr.plant.body import Coupled
-    from incsvr.signals.takes_torque import TakesTorque
+    from incsvr.signals.torque_takers import TakesTorque
     from service.learner.window import Window
 
 MAX_WAITING_BATCHES = 200

@@ -16,8 +16,8 @@ from typing import Any, Literal
 
 from incsvr.checks import CurrentWarnings, Vehicle
 from incsvr.errors import BadInput
-from incsvr.learning import guarded as guard
-from incsvr.learning.guarded import Guarded
+from incsvr.learning import checked_learner as guard
+from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.learner import Iteration
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from incsvr.checks import Vehicle
-from incsvr.learning import guarded as guard
+from incsvr.learning import checked_learner as guard
 from incsvr.learning import learner
+from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.excitation import Excitation
-from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES

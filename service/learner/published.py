@@ -15,7 +15,7 @@ from incsvr.learning.learner import Iteration
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.signals.samples import Samples
 from service import wire
 from service.learner.batches import json_values

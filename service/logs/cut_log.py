@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.numerics import Array
-from service.inputs.measuring import MeasuredStreams
+from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.settings import Inputs
 from service.inputs.table import Table, Topic
 from service.logs.cutting import Cut, Span, columns_inside, rows_inside

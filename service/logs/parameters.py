@@ -8,7 +8,7 @@ from math import inf, isfinite
 
 import numpy as np
 
-from service.inputs import frames
+from service.inputs import ardusub_frames
 from service.inputs.owners import autopilot_message
 from service.inputs.table import Table, Topic
 from service.inputs.vehicle_parameters import change_words
@@ -42,7 +42,7 @@ def parameter_epochs(topics: Sequence[Topic], tables: Mapping[str, Table]) -> tu
     found = [ParameterEpoch(parameters=dict(now))]
     for arrival, name, value in told:
         before, now[name] = now[name], value
-        if value == before or not frames.concerns_thrusters(name):
+        if value == before or not ardusub_frames.concerns_thrusters(name):
             continue
         words, last = change_words(name, value, before), found[-1]
         if last.since == arrival:

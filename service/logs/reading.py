@@ -11,12 +11,12 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.column_spec import ColumnSpec, parse_columns
-from service.inputs.measuring import MeasuredStreams, measure, topics_read
+from service.inputs.measured_streams import MeasuredStreams, measure, topics_read
 from service.inputs.owners import system_of
 from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import Inputs, Source, StampUnit
-from service.inputs.stamps import usual_stamp
+from service.inputs.stamp_fields import usual_stamp
 from service.inputs.table import ROWS, Table
 from service.inputs.units import STAMP_UNITS
 from service.logs import cutting, naming, self_description

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from service.inputs.leaves import leaves
+from service.inputs.message_fields import leaves
 from service.inputs.table import Table
 
 

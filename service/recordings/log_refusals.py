@@ -10,7 +10,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
-from service.inputs.measuring import MeasuredStreams
+from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.settings import Inputs
 from service.inputs.units import FRACTION
 

@@ -18,15 +18,15 @@ from service.cli.progress import progress
 from service.config.configuration import Config
 from service.inputs.arming import Spans, arming_spans, is_within
 from service.inputs.column_spec import typed_source, typed_source_with_unit
-from service.inputs.measuring import MeasuredStreams
+from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.settings import Inputs, Preset, Source
 from service.logs import Log, open_any
 from service.logs import reading as logs
 from service.logs.cutting import ARMED_CHANNEL, WHOLE_LOG, Cut, EmptyCut, Span, add_cut_arguments, empty_cut, since_1970
 from service.logs.dives import Dive, dives
-from service.logs.doubts import refuse_without_numbers
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
+from service.logs.suspect_columns import refuse_without_numbers
 from service.recordings.axis_columns import of_axis, put_back, with_own_columns
 from service.recordings.cut_recordings import cut_recording
 from service.recordings.log_refusals import refuse_fraction, stillness

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from incsvr.checks.turned import beside_yaw_rate
+from incsvr.checks.heading_against_rate import beside_yaw_rate
 from incsvr.errors import BadInput
 from incsvr.learning.offsets import offsets, unsteady
 from incsvr.plant.axes import YAW

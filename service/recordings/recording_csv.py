@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.clocks import set_at, without_leaps
 from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970

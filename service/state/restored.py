@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.learning import guarded as guard
+from incsvr.learning import checked_learner as guard
 from incsvr.learning import learner
-from incsvr.learning.driven import WINDOW_SAMPLES, Recent
-from incsvr.learning.guarded import Guarded
+from incsvr.learning.checked_learner import Guarded
+from incsvr.learning.driven_motion import WINDOW_SAMPLES, Recent
 from incsvr.learning.learner import Settings, State
 from incsvr.learning.model import Model
 from incsvr.numerics import Array

@@ -11,9 +11,9 @@ from pydantic import Field, model_validator
 
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
-from incsvr.learning.several.surface import Several
+from incsvr.learning.several_velocities.surface import Several
 from incsvr.learning.spread import KNOT_COUNT, PRIOR_SAMPLES, Spread
-from incsvr.plant.inertia import inertia_in_force
+from incsvr.plant.mass_and_coriolis import inertia_in_force
 from service.wire.form import Form, Numbers
 
 

@@ -10,7 +10,7 @@ from incsvr.numerics import Array
 from incsvr.plant.attitude import Restoring, kinematics, rotation
 from incsvr.plant.axes import AXES, BODY_YAW_RATE
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
-from incsvr.plant.inertia import coriolis_force, coriolis_matrix, mass_matrix, rigid_body_mass
+from incsvr.plant.mass_and_coriolis import coriolis_force, coriolis_matrix, mass_matrix, rigid_body_mass
 
 CENTRE = (0.3, -0.02, 0.1)
 

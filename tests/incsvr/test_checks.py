@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from incsvr.checks import Decision, Vehicle, Verdict, verdict_sentences
 from incsvr.checks.power import drives
-from incsvr.checks.unmoved import unmoved
-from incsvr.learning import guarded
-from incsvr.learning.guarded import Guarded
+from incsvr.checks.torque_without_turn import unmoved
+from incsvr.learning import checked_learner
+from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.learner import Settings
 from incsvr.numerics import Array
 from incsvr.signals import synchronise
@@ -45,10 +45,10 @@ def streams(changes: dict[str, Change], seed: int = 3) -> dict[str, tuple[Array,
 def guided(found: dict[str, tuple[Array, Array]]) -> tuple[Guarded, list[Verdict]]:
     """What is learned of streams, and what is said."""
     samples = synchronise(leng.SIGNALS, found)[0]
-    state, verdicts = guarded.begin(SETTINGS), []
+    state, verdicts = checked_learner.begin(SETTINGS), []
     for first in range(0, len(samples) - SETTINGS.batch + 1, SETTINGS.batch):
         batch = samples.take(slice(first, first + SETTINGS.batch))
-        state, verdict, _ = guarded.learn(SETTINGS, VEHICLE, state, batch)
+        state, verdict, _ = checked_learner.learn(SETTINGS, VEHICLE, state, batch)
         verdicts.append(verdict)
     return state, verdicts
 
@@ -114,13 +114,13 @@ def test_a_torque_that_freezes_while_it_is_at_its_largest_is_seen_within_the_bat
     samples = synchronise(leng.SIGNALS, found | at_end)[0]
     before, until = (samples.take(samples.time <= largest + after) for after in (-5.0, 9.0))
     settings = replace(SETTINGS, batch=50)
-    state = guarded.begin(settings)
+    state = checked_learner.begin(settings)
     for first in range(0, len(before) - 50, 50):
-        state, verdict, _ = guarded.learn(settings, VEHICLE, state, before.take(slice(first, first + 50)))
+        state, verdict, _ = checked_learner.learn(settings, VEHICLE, state, before.take(slice(first, first + 50)))
         assert verdict.learn
-    _, verdict, _ = guarded.learn(settings, VEHICLE, state, until.take(slice(len(until) - 50, None)))
+    _, verdict, _ = checked_learner.learn(settings, VEHICLE, state, until.take(slice(len(until) - 50, None)))
     assert [finding.kind for finding in verdict.findings] == ["torque stuck"]
-    _, sound, _ = guarded.learn(
+    _, sound, _ = checked_learner.learn(
         settings,
         VEHICLE,
         state,
@@ -157,7 +157,7 @@ def test_learning_goes_on_by_itself_a_batch_after_the_sensor_is_sound_again() ->
 @pytest.mark.parametrize("seed", range(3))
 def test_the_papers_experiment_and_two_percent_outliers_are_no_fault(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    state, before = guarded.begin(SETTINGS), 0.0
+    state, before = checked_learner.begin(SETTINGS), 0.0
     for run in ("T1", "T2"):
         found = leng.recording(run, seed).streams()
         everywhere = {name: (t, wild(v, np.ones(t.size, dtype=bool), rng, 0.02)) for name, (t, v) in found.items()}
@@ -165,7 +165,7 @@ def test_the_papers_experiment_and_two_percent_outliers_are_no_fault(seed: int) 
             samples = synchronise(leng.SIGNALS, each)[0]
             for first in range(0, len(samples) - SETTINGS.batch + 1, SETTINGS.batch):
                 batch = samples.take(slice(first, first + SETTINGS.batch))
-                state, verdict, _ = guarded.learn(SETTINGS, VEHICLE, state, batch)
+                state, verdict, _ = checked_learner.learn(SETTINGS, VEHICLE, state, batch)
                 assert verdict.learn, (run, verdict, before)
                 before = verdict.span[1]
 
@@ -231,12 +231,12 @@ def test_two_gyros_on_one_key_that_differ_are_named_and_not_learned_from() -> No
 def test_a_state_in_between_goes_on_to_the_bit() -> None:
     found = streams({"yaw_rate": lambda t, v, here, rng: (t, v + 0.05 * here)})
     samples = synchronise(leng.SIGNALS, found)[0]
-    state = again = guarded.begin(SETTINGS)
+    state = again = checked_learner.begin(SETTINGS)
     for first in range(0, len(samples) - SETTINGS.batch + 1, SETTINGS.batch):
         batch = samples.take(slice(first, first + SETTINGS.batch))
         again = Guarded.from_dict(json.loads(json.dumps(again.to_dict())))
-        state, verdict, _ = guarded.learn(SETTINGS, VEHICLE, state, batch)
-        again, same, _ = guarded.learn(SETTINGS, VEHICLE, again, batch)
+        state, verdict, _ = checked_learner.learn(SETTINGS, VEHICLE, state, batch)
+        again, same, _ = checked_learner.learn(SETTINGS, VEHICLE, again, batch)
         assert verdict == same
     assert json.dumps(state.to_dict()) == json.dumps(again.to_dict())
 

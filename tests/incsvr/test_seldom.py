@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from incsvr.numerics import Array
+from incsvr.signals.message_rates import SlowTorque, slow_torque
 from incsvr.signals.scales import time_scale
-from incsvr.signals.seldom import SlowTorque, slow_torque
 
 TIME = np.arange(0.0, 200.0, 0.05, dtype=np.float64)
 

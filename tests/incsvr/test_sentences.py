@@ -6,7 +6,7 @@ import pytest
 
 from incsvr.effects import catalogue
 from incsvr.plant.axes import AXES
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.tracing.sentences import sentence
 
 

@@ -11,14 +11,14 @@ import pytest
 
 from incsvr.checks import Vehicle
 from incsvr.errors import BadInput
-from incsvr.learning import dual, guarded
+from incsvr.learning import checked_learner, dual
 from incsvr.learning.kernel import rbf, rbf_at_rest
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.policies.noise import Noise
-from incsvr.learning.several.density import forgetting
-from incsvr.learning.several.drag import Drag, fitted
-from incsvr.learning.several.freeing import by_itself
-from incsvr.learning.several.paper import near_distances
+from incsvr.learning.several_velocities.density import forgetting
+from incsvr.learning.several_velocities.drag import Drag, fitted
+from incsvr.learning.several_velocities.freeing import by_itself
+from incsvr.learning.several_velocities.paper import near_distances
 from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
@@ -209,15 +209,15 @@ def test_the_checks_see_a_torque_that_is_reversed_and_no_fault_in_sound_motion()
     body, samples, unseen = vehicle()
     settings = Settings(policy="weighted", others=OTHERS)
     known = Vehicle(body.inertia, settings.rate_range, leng.SIGNALS.smoothing)
-    state = guarded.begin(settings)
+    state = checked_learner.begin(settings)
     for batch in batches(samples):
-        state, verdict, _ = guarded.learn(settings, known, state, batch)
+        state, verdict, _ = checked_learner.learn(settings, known, state, batch)
         assert verdict.learn, verdict.findings
     turned = {name: -values if name.startswith("torque") else values for name, values in unseen.raw.items()}
     inertial = unseen.raw["torque"] - unseen.damping
     reversed_torque = replace(unseen, damping=-unseen.raw["torque"] - inertial, raw=turned)
     verdicts = []
     for batch in batches(reversed_torque.take(slice(0, 200))):
-        state, verdict, _ = guarded.learn(settings, known, state, batch)
+        state, verdict, _ = checked_learner.learn(settings, known, state, batch)
         verdicts.append(verdict)
     assert not any(verdict.learn for verdict in verdicts[1:])

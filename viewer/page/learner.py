@@ -14,7 +14,7 @@ import zenoh
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from service.bus.session import answer, open_session
 from service.wire import (
     EffectsLedger,

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import DECLARED_INERTIA
-from incsvr.plant.words import in_words_of
 from incsvr.tracing.findings import Pictures
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel

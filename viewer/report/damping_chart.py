@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from viewer.report.drawing import MEASURED, binned, dots, driven, edges, svg
 
 BAND_SHARE = 0.9

@@ -9,7 +9,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from incsvr.plant.axes import Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 
 
 def number(value: float | None, sign: str = "") -> str:

@@ -14,7 +14,7 @@ from incsvr.free_run.errors import FreeRun
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from viewer.report.damping_chart import Curve, damping_chart
 from viewer.report.drawing import AFTER, BEFORE, MEASURED, line, svg
 from viewer.report.figures import between, capital, number, rendered

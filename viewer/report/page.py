@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from incsvr.learning.coefficients import negative_drag
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.tracing import Trace
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.sentences import chance, headline_clauses, left_of_torque

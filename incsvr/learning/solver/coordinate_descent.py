@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.learning.solver.certificate import Solution, certify
+from incsvr.learning.solver.duality_gap import Solution, certify
 from incsvr.numerics import Array
 
 PASSES_PER_LOOK = 20

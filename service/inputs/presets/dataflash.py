@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from service.inputs import frames
+from service.inputs import ardusub_frames
 from service.inputs.presets.mavlink import frame_of
 from service.inputs.presets.proposal import Observation, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
@@ -63,7 +63,7 @@ def _thrusters(
     kind, notes, missing = frame_of(observed, place)
     if kind is None:
         return None, notes, missing
-    topic, each = frames.at_one_topic(frames.thrusters(observed.parameters, kind, place))
+    topic, each = ardusub_frames.at_one_topic(ardusub_frames.thrusters(observed.parameters, kind, place))
     return Thrusters(topic=topic, command="pwm", each=each, measured_voltage=voltage, **_CLOCK), notes, {}
 
 

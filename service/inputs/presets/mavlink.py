@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from service.inputs import frames, vehicle_kind
+from service.inputs import ardusub_frames, vehicle_kind
 from service.inputs.instances import base, numbered
 from service.inputs.outputs import BANK_OUTPUTS, output_numbers
 from service.inputs.owners import autopilot_message
@@ -113,8 +113,8 @@ def _thrusters(
     kind, notes, missing = frame_of(observed, partial(_place, OUTPUT_MESSAGE, ""))
     if kind is None:
         return None, notes, missing
-    driven = frames.thrusters(observed.parameters, kind, partial(_place, whole, path))
-    common, each = frames.at_one_topic(driven)
+    driven = ardusub_frames.thrusters(observed.parameters, kind, partial(_place, whole, path))
+    common, each = ardusub_frames.at_one_topic(driven)
     thrusters = Thrusters(
         topic=common,
         command="pwm",
@@ -145,13 +145,13 @@ def frame_of(observed: Observation, place: Place) -> tuple[int | None, tuple[str
     if other is not None:
         cure = vehicle_kind.thruster_example(observed.parameters, place)
         return None, (), {"torque": f"nothing says how the thrusters push, for this is no BlueROV2 ({other}): {cure}"}
-    kind = frames.frame(observed.parameters)
+    kind = ardusub_frames.frame(observed.parameters)
     if kind is None:
-        return 1, (frames.assumption(observed.parameters) or "",), {}
-    if kind not in frames.FRAME_NAMES:
+        return 1, (ardusub_frames.assumption(observed.parameters) or "",), {}
+    if kind not in ardusub_frames.FRAME_NAMES:
         cure = f"the levers of frame {kind} are not known: {vehicle_kind.thruster_example(observed.parameters, place)}"
         return None, (), {"torque": cure}
-    names = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(frames.YAW_SHARES) + 1)]
+    names = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(ardusub_frames.YAW_SHARES) + 1)]
     told = [f"{observed.parameters[name]:+.0f}" for name in names if name in observed.parameters]
     directions = f", directions {', '.join(told)}" if told else ", directions not told"
-    return kind, (f"frame {kind} ({frames.FRAME_NAMES[kind]}){directions}, by the vehicle's parameters",), {}
+    return kind, (f"frame {kind} ({ardusub_frames.FRAME_NAMES[kind]}){directions}, by the vehicle's parameters",), {}

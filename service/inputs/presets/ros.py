@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from service.inputs.owners import ros_name
 from service.inputs.presets.proposal import NOTHING_FOUND, Observation, Proposal, first, others_note
 from service.inputs.settings import Armed, Inputs, Source
-from service.inputs.stamps import HEADER_STAMP
+from service.inputs.stamp_fields import HEADER_STAMP
 from service.inputs.table import Topic
 
 RATE_PATHS = {

@@ -11,7 +11,7 @@ import pytest
 from incsvr.compensation.freeing import takes_torque
 from incsvr.plant.axes import AXES, BODY_YAW_RATE
 from incsvr.plant.body import CORIOLIS, Coupled
-from incsvr.plant.inertia import mass_matrix
+from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.signals import synchronise
 from service.cli.command_line import main
 from service.commands.other_velocities import coupled_axis

@@ -12,7 +12,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.tracing.run import Run, check
 from service.cli.command_line import main
 from service.recordings.recording import Recording, of_axis

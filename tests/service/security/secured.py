@@ -20,7 +20,7 @@ from service.bus.session import free_endpoint, from_file, open_session
 from service.cli.command_line import main
 from service.learner.host import Host
 from service.learner.worker_threads import WorkerThreads
-from service.security.certificates import load
+from service.security.authority import load
 from tests.service.conftest import PATIENCE, configured, teach
 
 KEYS = wire.Keys("rov7/yaw")

@@ -22,7 +22,7 @@ from service.cli.command_line import main
 from service.config.sections import Bus
 from service.learner.host import Host
 from service.learner.worker_threads import WorkerThreads
-from service.security.validity import WARNING_SPAN, Validity, dates
+from service.security.certificate_validity import WARNING_SPAN, Validity, dates
 from tests.service.conftest import configured
 from tests.service.security.secured import redated, until_settled
 
@@ -128,7 +128,7 @@ def test_an_expired_certificate_of_ones_own_is_refused_by_the_check_and_said_at_
 def test_a_clock_that_is_wrong_on_the_other_side_is_named(tls: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Here it is the client's that is put back: what it shows has ended by the learner's clock alone."""
     redated(tls, "viewer", -9 * DAY, -DAY)
-    for module in ("service.security.validity", "service.bus.refusal"):
+    for module in ("service.security.certificate_validity", "service.bus.refusal"):
         monkeypatch.setattr(f"{module}.now", lambda: datetime.now(UTC) - 5 * DAY)
     redated(tls, "learner", -9 * DAY, 9 * DAY)
     with (

@@ -17,7 +17,7 @@ from service import wire
 from service.bus.bus_check import check_files
 from service.bus.session import free_endpoint
 from service.learner.prepared_iteration import CommittedIteration
-from service.state.disk import OTHER_STATE
+from service.state.disk_refusals import OTHER_STATE
 from service.state.history import History, NotKept
 from service.state.store import Store
 from service.wire import encode

@@ -31,9 +31,9 @@ from incsvr.learning.policies.weighted import (
     NEAR_RADII,
     TUBE_DEVIATIONS,
 )
-from incsvr.learning.several.merging import Vectors
-from incsvr.learning.several.training import fastest_of, model_of
-from incsvr.learning.several.velocities import points
+from incsvr.learning.several_velocities.merging import Vectors
+from incsvr.learning.several_velocities.training import fastest_of, model_of
+from incsvr.learning.several_velocities.velocities import points
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 

@@ -17,9 +17,9 @@ from incsvr.learning.criteria import Inclusion, Mask, outliers
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies.noise import Noise
-from incsvr.learning.several.density import forgetting
-from incsvr.learning.several.training import fastest_of, model_of, train
-from incsvr.learning.several.velocities import points
+from incsvr.learning.several_velocities.density import forgetting
+from incsvr.learning.several_velocities.training import fastest_of, model_of, train
+from incsvr.learning.several_velocities.velocities import points
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 

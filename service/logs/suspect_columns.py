@@ -12,7 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array, running_integral
 from incsvr.plant.axes import AXES
 from service.inputs.column_spec import typed_source
-from service.inputs.measuring import Stream
+from service.inputs.measured_streams import Stream
 from service.inputs.settings import Inputs, Source
 from service.logs.log import Log
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.learning.several.drag import Drag
-from incsvr.learning.several.velocities import distances, points, samples_with
+from incsvr.learning.several_velocities.drag import Drag
+from incsvr.learning.several_velocities.velocities import distances, points, samples_with
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 

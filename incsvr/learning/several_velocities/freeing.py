@@ -13,9 +13,9 @@ import numpy as np
 from incsvr.learning.iteration import Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies.noise import Noise
-from incsvr.learning.several.drag import Drag, fitted
-from incsvr.learning.several.training import fastest_of, independent
-from incsvr.learning.several.velocities import points
+from incsvr.learning.several_velocities.drag import Drag, fitted
+from incsvr.learning.several_velocities.training import fastest_of, independent
+from incsvr.learning.several_velocities.velocities import points
 from incsvr.numerics import Array
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples

@@ -10,9 +10,9 @@ from incsvr.learning import dual
 from incsvr.learning.iteration import Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies.noise import Noise
-from incsvr.learning.several.drag import Drag, fitted, share_left
-from incsvr.learning.several.surface import Several
-from incsvr.learning.several.velocities import fastest_seen, points
+from incsvr.learning.several_velocities.drag import Drag, fitted, share_left
+from incsvr.learning.several_velocities.surface import Several
+from incsvr.learning.several_velocities.velocities import fastest_seen, points
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 

@@ -129,7 +129,8 @@ def sindy(motion: WholeMotion, unseen: WholeMotion, axes: Sequence[str]) -> list
 
 def main(words: Sequence[str] | None = None) -> int:
     parser = options(
-        "benchmarks.vehicles.whole", __doc__ or "", first_seed=(3_000_000, "first seed of the simulated vehicles"),
+        "benchmarks.vehicles.whole_vehicle", __doc__ or "",
+        first_seed=(3_000_000, "first seed of the simulated vehicles"),
         each=(8, "simulated vehicles of each kind"), seconds=(600.0, "length of a simulated dive [s]"),
         processes=(2, "processes"),
     )  # fmt: skip

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from incsvr.errors import BadInput
 from incsvr.learning.kernel import rbf_at_rest
 from incsvr.learning.prediction import NOISE_SHARE, SYSTEMATIC_NOISES, WATER_FACTOR, Prediction
-from incsvr.learning.several.drag import Drag
-from incsvr.learning.several.velocities import distances, points
+from incsvr.learning.several_velocities.drag import Drag
+from incsvr.learning.several_velocities.velocities import distances, points
 from incsvr.learning.support_set import SupportSet
 from incsvr.numerics import Array, lapack
 from incsvr.signals.samples import Samples

@@ -19,7 +19,7 @@ from incsvr.checks import Curve, ServedCurve, Vehicle, Verdict, check
 from incsvr.checks import State as Checks
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.model import Model
-from incsvr.learning.several.freeing import as_one_curve
+from incsvr.learning.several_velocities.freeing import as_one_curve
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 

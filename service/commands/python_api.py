@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import in_words_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Identified
 from service.cli.parser import Parser

@@ -23,7 +23,7 @@ from service.bus.zenoh_file import tls_section
 WARNING_SPAN = timedelta(days=30)
 """The time before its end in which a certificate is said to end: a month leaves time for a visit to the vehicle."""
 EARLIEST_CLOCK = datetime(2020, 1, 1, tzinfo=UTC)
-"""The time from which our certificates are valid (`service.security.certificates`): a clock that says less is wrong."""
+"""The time from which our certificates are valid (`service.security.authority`): a clock that says less is wrong."""
 _PEM = re.compile(rb"-----BEGIN CERTIFICATE-----.+?-----END CERTIFICATE-----", re.DOTALL)
 _UTC_TIME, _GENERALIZED_TIME, _VERSION = 0x17, 0x18, 0xA0
 

@@ -12,7 +12,7 @@ from incsvr.numerics import Array
 from service.inputs.arming import says_armed, says_something
 from service.inputs.clocks import Clock, set_at, without_unset
 from service.inputs.commands import CommandStream, join_commands, newest_at, since_first_pulse
-from service.inputs.moving import first_movement, least_movement
+from service.inputs.moving_outputs import first_movement, least_movement
 from service.inputs.outputs import output, without_pulse
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters

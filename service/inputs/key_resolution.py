@@ -12,7 +12,7 @@ import numpy as np
 
 from service.inputs import bus_keys
 from service.inputs.instances import base
-from service.inputs.leaves import leaves
+from service.inputs.message_fields import leaves
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.settings import Armed, Inputs, Source, Thrusters
