@@ -14,3 +14,5 @@ rm -rf "$packages"/pip "$packages"/pip-* "$packages"/setuptools* "$packages"/pkg
 rm -f "$packages"/distutils-precedence.pth "$target"/bin/pip*
 for command in serve page status; do "$target/bin/incsvr" "$command" --help >/dev/null; done
 "$target/bin/python" -c 'import service.live.effects, service.learner.host, service.inputs.input_mapper, service.bus.mapped_ingest, mcap.writer'
+# What a forecast and the tracer load when they are asked.
+"$target/bin/python" -c 'import scipy.linalg, scipy.special'
