@@ -25,7 +25,7 @@ EVERY = (0.5, 0.2, 0.1, 0.05)
 """Between two messages of the command [s]."""
 RATES = (0.5, 1.0, 1.5)
 """Where the curve is judged, on both sides [rad/s]."""
-SAYS = "quicker than the streams show"
+SAYS = "the damping curve may be"
 
 
 def _row(every: float, seeds: range, torque: TorqueKind | None) -> list[str]:

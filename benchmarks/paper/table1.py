@@ -1,4 +1,4 @@
-"""`incsvr table1`: Table I and the curve of Fig. 7 beside the paper's figures, on the simulated experiment.
+"""`incsvr table1`: computes Table I and the curve of Fig. 7 beside the paper's figures, on the simulated experiment.
 
 Every figure is the mean over the seeds, with its standard deviation from seed to seed. One seed is one repetition of
 the whole experiment: T1 and then T2 to train on, V1 and V2 to validate with. Every row is judged by the same evaluator

@@ -1,4 +1,4 @@
-"""`incsvr bench`: speed against the peers, measured in one run; the bus's figures too."""
+"""`incsvr bench`: measures speed beside other libraries, in one run; the bus's figures too."""
 
 from __future__ import annotations
 

@@ -70,13 +70,13 @@ class ResolutionFault:
     def sentence(self) -> str:
         """What people should know, without the cure."""
         because = (
-            f"torque comes every {self.torque_period:.2g} s, and when it changed in between is not known"
+            f"a torque every {self.torque_period:.2g} s comes too seldom for this vehicle"
             if self.late
-            else f"the yaw rate moves far within the {self.smoothing:.2g} s over which samples are smoothed"
+            else f"smoothing over {self.smoothing:.2g} s is too slow for this vehicle"
         )
         return (
-            f"the vehicle is quicker than the streams show ({because}): the damping curve may be off by "
-            f"{100.0 * self.share:.0f} % at {self.rate:.2g} rad/s and {100.0 * self.at_fastest:.0f} % at "
+            f"{because}: the damping curve may be "
+            f"{100.0 * self.share:.0f} % wrong at {self.rate:.2g} rad/s and {100.0 * self.at_fastest:.0f} % at "
             f"{self.fastest:.2g} rad/s"
         )
 

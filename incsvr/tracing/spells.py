@@ -71,8 +71,7 @@ def sentence(found: Sequence[tuple[float, float]]) -> str:
     where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:MAX_NAMED_SPELLS])
     more = f" and {len(found) - MAX_NAMED_SPELLS} more" if len(found) > MAX_NAMED_SPELLS else ""
     return (
-        f"what the model leaves is no one disturbance: it is louder at {where}{more}; look there at the clocks of the "
-        "two streams, at whether the thrusters were armed, and at the gyro"
+        f"the residual is unusually large at {where}{more}; check the clocks of both streams, arming and the gyro there"
     )
 
 

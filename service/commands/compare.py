@@ -1,4 +1,4 @@
-"""`incsvr compare`: the inertias and drags of one vehicle dive by dive, and in which dive they changed."""
+"""`incsvr compare`: compares dives of one vehicle: inertias and drags, and in which dive they changed."""
 
 from __future__ import annotations
 

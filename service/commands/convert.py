@@ -1,4 +1,4 @@
-"""`incsvr convert`: logs of any format as one recording in our form."""
+"""`incsvr convert`: writes logs of any format as one recording of ours."""
 
 from __future__ import annotations
 

@@ -117,9 +117,7 @@ def summary(act: Mapping[str, Any]) -> list[str]:
         f"{name} {value:.3g}" if isinstance(value, float) else f"{name} {value}"
         for name, value in truth["parameters"].items()
     )
-    lines += textwrap.wrap(
-        f"Only now the simulator tells: {truth['effect']} since {truth['since']:.0f} s ({values}).", WIDTH
-    )
+    lines += textwrap.wrap(f"Ground truth: {truth['effect']} since {truth['since']:.0f} s ({values}).", WIDTH)
     lines += textwrap.wrap(_judgement(act), WIDTH)
     return lines
 

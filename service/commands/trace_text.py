@@ -40,8 +40,7 @@ def text(trace: Trace) -> str:
     left = error["disturbance"]
     share = f"{100.0 * left['share_of_torque']:.1f} % of the torque, " if "share_of_torque" in left else ""
     lines.append(
-        f"    what is left: {left['torque_rmse']:.3g} N m (RMS), {share}"
-        f"correlated over {left['correlation_time_s']:.2g} s"
+        f"    residual: {left['torque_rmse']:.3g} N m (RMS), {share}correlated over {left['correlation_time_s']:.2g} s"
     )
     lines += [f"  not added: {r.effect}: {r.reason}" for r in trace.rejected if "free run" in r.reason]
     lines += [f"  ignored channel {name}: {reason}" for name, reason in trace.ignored_channels.items()]
@@ -52,7 +51,7 @@ def text(trace: Trace) -> str:
 def _beside(error: Mapping[str, Any], scale: float) -> list[str]:
     """The trivial models, and the errors a few time scales ahead, each of so many seconds."""
     zero, hold = (_figure(error["trivial"][name]["free_run_rmse"]) for name in ("zero", "hold"))
-    lines = [f"    beside it [rad/s]: a rate of zero {zero}, the first rate held {hold}"]
+    lines = [f"    for comparison [rad/s]: zero rate {zero}, first rate held {hold}"]
     for horizon, errors in error["horizons"].items():
         said = ", ".join(f"{name} {_figure(errors[name])}" for name in ("before", "after", "hold", "zero"))
         lines.append(f"    {horizon:>4s} time scales ({float(horizon) * scale:.2g} s) ahead [rad/s]: {said}")
@@ -70,11 +69,11 @@ def _change(value: float) -> str:
 def _proof(trace: Trace) -> str:
     """What the errors on unseen data are worth."""
     if not trace.beats_zero:
-        return "a free run that errs more than a rate of zero proves nothing"
+        return "no proof: the free run errs more than a rate of zero"
     better = "lower beyond chance" if trace.proven else "not lower beyond chance"
     if trace.loop == "closed":
         return (
-            "closed loop: the free run is no proof, the torque answers to the water; the predicted torque's error on "
-            f"unseen data is {better}"
+            "closed loop: a free run is no proof, because the torque answers the water; the error of the predicted "
+            f"torque on unseen data is {better}"
         )
-    return f"open loop: the free run on unseen data is the proof; its error is {better}"
+    return f"open loop: the error of the free run on unseen data is {better}"

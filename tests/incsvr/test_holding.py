@@ -48,7 +48,7 @@ def test_on_a_line_between_its_messages_it_is_wrong_and_that_is_said() -> None:
     told = resolution_fault(samples, settings.smoothing)
     assert told is not None
     assert told.share > 0.15
-    assert "the damping curve may be off by" in told.sentence
+    assert "the damping curve may be" in told.sentence
     assert "set signals.torque to commanded" in told.cure(settings)
 
 

@@ -1,4 +1,4 @@
-"""`incsvr page`: a learner's status, curve and findings in any browser."""
+"""`incsvr page`: serves a learner's status, curve and effects to a browser."""
 
 from __future__ import annotations
 

@@ -44,12 +44,12 @@ def proposal(observed: Observation) -> Proposal | None:
         if field is None:
             known = ", ".join(table.fields[:12]) or "no column of numbers"
             cure = f"--column {name}=COLUMN" + (":deg/s" if name == "yaw_rate" else "")
-            missing[name] = f"no column is the {name} by its name, among {known}: say which, as in {cure}"
+            missing[name] = f"no column is recognised as {name} among {known}; name it: {cure}"
         else:
             spelt = named[field][1]
             found[name] = Source(topic=ROWS, field=field, unit=spelt if spelt in FACTORS else "", **stamp)
     if time is None:
-        missing["t"] = "no column is the time by its name: say which, as in --column t=COLUMN:ms"
+        missing["t"] = "no column is recognised as the time; name it: --column t=COLUMN:ms"
     reasons = {name: (f"{name} is the column {each.field!r}, by its name",) for name, each in found.items() if each}
     return Proposal(Inputs(yaw_rate=found["yaw_rate"], torque=found["torque"]), missing=missing, reasons=reasons)
 

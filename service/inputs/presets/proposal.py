@@ -112,8 +112,8 @@ _MODULES: dict[Preset, tuple[str, ...]] = {
     "ros2": ("ros",),
 }
 NOTHING_FOUND = {
-    "yaw_rate": "no yaw rate was found: say where it stands, as in --column yaw_rate=TOPIC.FIELD:deg/s",
-    "torque": "no torque was found: say where it stands, as in --column torque=TOPIC.FIELD, or describe the thrusters "
+    "yaw_rate": "no yaw rate was found; name it: --column yaw_rate=TOPIC.FIELD:deg/s",
+    "torque": "no torque was found; name it: --column torque=TOPIC.FIELD, or describe the thrusters "
     "in the section inputs of a configuration (--config)",
 }
 

@@ -54,7 +54,7 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
     ledgers = every(tmp_path / "leng.rrd", "TextDocument:text", "/effects/ledger")
     assert any(f"## Dead zone ({finding['state']})" in ledger for ledger in ledgers)
     said = done.stderr
-    assert said.index("Third act") < said.index("suspected: dead_zone") < said.index("Only now the simulator tells")
+    assert said.index("Third act") < said.index("suspected: dead_zone") < said.index("Ground truth: ")
     assert max(map(len, done.stderr.replace(str(tmp_path), "out").splitlines())) <= 80
     assert not still_running(str(tmp_path))
 

@@ -116,9 +116,9 @@ def test_parquet(tmp_path: Path) -> None:
         (
             "a,b,c\n0,1,2\n1,2,3\n",
             (),
-            "no column is the yaw_rate by its name, among a, b, c: say which, as in --column",
+            "no column is recognised as yaw_rate among a, b, c; name it: --column",
         ),
-        ("a,b,c\n0,1,2\n1,2,3\n", ("yaw_rate=b", "torque=c"), "no column is the time by its name: say which"),
+        ("a,b,c\n0,1,2\n1,2,3\n", ("yaw_rate=b", "torque=c"), "no column is recognised as the time"),
         ("a,b,c\n0,1,2\n1,2,3\n", ("yaw_rate=d",), "there is no d"),
         ("stamp,rate_r,c\n0,1,2\n1,2,3\n", ("yaw_rate=rate",), "did you mean rate_r?"),
         ("a,b,c\n0,1,2\n1,2,3\n", ("yaw_rate=b:mph",), "there is no unit 'mph'; known are rad/s"),
