@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from incsvr.errors import BadInput
 from incsvr.vehicle import Vehicle
 from service.config.core_yaml import parse
+from service.wire.json_text import json_text
 
 HEAD = """\
 # The model of a whole vehicle, written by `incsvr identify`: M dν/dt + C(ν) ν + Σ c φ(ν, τ, η) = τ.
@@ -77,4 +77,4 @@ def _plain(value: Any) -> str:
 
 def _text(text: str) -> str:
     """A text as YAML reads it back: bare where it is a plain word, else in quotes."""
-    return text if text.isidentifier() else json.dumps(text, ensure_ascii=False)
+    return text if text.isidentifier() else json_text(text)

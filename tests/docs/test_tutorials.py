@@ -10,6 +10,7 @@ from tests.conftest import ROOT
 from tests.docs.console import BLOCK, PAGES, commands, differs, printed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_shows_what_the_program_prints(name: str, tmp_path: Path) -> None:
     page = ROOT / name

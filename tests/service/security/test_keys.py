@@ -121,7 +121,7 @@ def test_without_its_library_it_says_what_to_install(
     for name in [
         name
         for name in sys.modules
-        if name.startswith(("cryptography", "service.commands.keys", "service.security.cert"))
+        if name.startswith(("cryptography", "service.commands.keys", "service.security.authority"))
     ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cryptography", None)
