@@ -9,7 +9,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: demo test test-all lint docs bench table1 tuning policy coverage trace-table missions live-missions bets-level several vehicles trouble \
 	fleet sensor-faults soak hold recording pictures tutorials clean
 
-demo: .venv/ready  ## the main job, end to end, in less than two minutes
+demo: .venv/ready  ## the main job, end to end, in about two minutes
 	$(BIN)/incsvr demo
 
 test: .venv/ready lint  ## ruff, mypy and the quick tests: before every commit, in three minutes

@@ -161,7 +161,7 @@ def _about(found: dict[str, Any]) -> list[str]:
     lines += [f"- {words(parameter(name, value, intervals.get(name)))}" for name, value in values]
     if found.get("share") is not None:
         p = chance(found.get("p_value", 0), 1)
-        lines.append(f"- {100 * found['share']:.0f} % of what could be explained, p {p}")
+        lines.append(f"- {100 * found['share']:.0f} % of the improvement, p {p}")
     if found.get("error"):
         lines.append(f"- On fresh data, without → with it: {errors(found['error'])}")
     return lines

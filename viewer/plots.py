@@ -16,7 +16,7 @@ from incsvr.vehicle import Identified
 from service.cli.extras import how_to_install
 
 try:
-    from matplotlib import pyplot
+    from matplotlib import pyplot, ticker
 except ModuleNotFoundError as missing:
     raise BadInput(f"plot() needs matplotlib, which is not installed: {how_to_install('matplotlib')}") from missing
 
@@ -65,12 +65,16 @@ def of_vehicle(identified: Identified) -> Any:
     errors = identified.errors
     seconds = list(errors.horizons)
     with pyplot.rc_context(STYLE):
-        figure = pyplot.figure(figsize=(8.0, 3.0), layout="constrained")
+        figure = pyplot.figure(figsize=(9.0, 3.2), layout="constrained")
         plots = figure.subplots(1, len(errors.axes), squeeze=False)[0]
         for k, (plot, axis) in enumerate(zip(plots, errors.axes, strict=True)):
             model, hold = ([errors.horizons[ahead][which][k] for ahead in seconds] for which in (0, 1))
             plot.loglog(seconds, hold, "s--", color=MEASURED, label="velocity held")
             plot.loglog(seconds, model, "o-", label="model")
+            plot.set_xticks(seconds, [f"{ahead:g}" for ahead in seconds], minor=False)
+            plot.minorticks_off()
+            plot.yaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
+            plot.yaxis.set_major_formatter("{x:g}")
             plot.set_title(axis)
             plot.set_xlabel("ahead [s]")
             plot.set_ylabel(f"RMS error [{'m/s' if AXES[axis].along else 'rad/s'}]")

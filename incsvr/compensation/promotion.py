@@ -1,6 +1,6 @@
 """What becomes of effects, given how the model did with and without them on data that nobody had looked at.
 
-Effects on trial must foretell better beyond chance; those in force go when they foretell worse beyond chance.
+Effects on trial must predict better beyond chance; those in force are withdrawn when they predict worse beyond chance.
 """
 
 from __future__ import annotations
@@ -68,13 +68,13 @@ class Comparison:
     @property
     def sentence(self) -> str:
         """For people."""
-        foretells = (
-            f"foretells fresh data better, bets won {math.exp(min(self.evidence, 50.0)):.2g} : 1"
+        verdict = (
+            f"predicts fresh data better, bets won {math.exp(min(self.evidence, 50.0)):.2g} : 1"
             if self.evidence >= self.against
-            else f"foretells fresh data worse, bets lost {math.exp(min(self.against, 50.0)):.2g} : 1"
+            else f"predicts fresh data worse, bets lost {math.exp(min(self.against, 50.0)):.2g} : 1"
         )
         return (
-            f"{foretells}; free run {self.without:.3g} rad/s without, {self.without + self.estimate:.3g} rad/s with it "
+            f"{verdict}; free run {self.without:.3g} rad/s without, {self.without + self.estimate:.3g} rad/s with it "
             f"({self.low:+.3g} to {self.high:+.3g})"
         )
 
