@@ -122,9 +122,7 @@ def identify(
     errors = together([judged(part, fitted, scales, test) for part, test in splits])
     by_itself = {}
     for axis in axes:
-        own = alone(fitted.structure, axis)
-        kept = [k for k in range(fitted.structure.size) if _belongs(fitted.structure, k, axis)]
-        begin = Fit(own, fitted.parameters[kept], fitted.scale[kept], *(np.empty(0),) * 4)
+        begin = _alone(fitted, axis, motion, scales)
         by_itself[axis] = together([judged(part, begin, scales, test) for part, test in splits])
     return Identified(
         vehicle, refusals, manoeuvres(vehicle), errors, by_itself, motion.seconds, motion.step, unseen is not None
@@ -188,6 +186,23 @@ def _best(fits: list[Fit], windows: Windows, scales: Scales) -> Fit:
     loss = [float(LeftOut.of(each, folds, scales).losses(variance).sum()) for each in fits]
     best = int(np.argmin(loss))
     return fits[best] if loss[best] < loss[0] - MIN_EVIDENCE else fits[0]
+
+
+def _alone(fitted: Fit, axis: str, motion: WholeMotion, scales: Scales) -> Fit:
+    """Where the fit of one axis by itself begins: at the whole model's parameters, with no further product."""
+    own = alone(fitted.structure, axis, motion.recorded)
+    kept = [k for k in range(fitted.structure.size) if _belongs(fitted.structure, k, axis)]
+    values = dict(zip(_names(fitted.structure), fitted.parameters.tolist(), strict=True))
+    scale = dict(zip(_names(own), scales.start(own)[1].tolist(), strict=True))
+    scale |= {_names(fitted.structure)[k]: float(fitted.scale[k]) for k in kept}
+    names = _names(own)
+    begin = np.array([values.get(name, 0.0) for name in names])
+    return Fit(own, begin, np.array([scale[name] for name in names]), *(np.empty(0),) * 4)
+
+
+def _names(structure: Structure) -> list[object]:
+    """What each parameter is of."""
+    return [*structure.mass, *structure.terms, *structure.lags]
 
 
 def _belongs(structure: Structure, place: int, axis: str) -> bool:

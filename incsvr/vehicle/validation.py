@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ from incsvr.plant.axes import AXES
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.simulation import simulate
 from incsvr.vehicle.structure import Structure
+from incsvr.vehicle.terms import PRODUCT, SQUARE, Term
 
 HORIZONS_S = (1.0, 5.0, 20.0)
 """How far ahead predictions are judged [s]."""
@@ -94,10 +95,17 @@ def place(course: Array, step: float) -> Array:
     return found
 
 
-def alone(structure: Structure, axis: str) -> Structure:
-    """One axis by itself, the others' velocities as measured: the same terms and inertia of that axis."""
+def alone(structure: Structure, axis: str, recorded: Collection[str]) -> Structure:
+    """One axis by itself, the others' velocities as measured: the same terms and inertia of that axis, and the products
+    of velocities that C(ν) ν has along it, free."""
     mass = tuple(pair for pair in structure.mass if pair == (axis, axis))
-    terms = tuple(term for term in structure.terms if term.axis == axis)
+    own_terms = tuple(term for term in structure.terms if term.axis == axis)
+    products = (
+        Term(axis, SQUARE, (one,)) if one == other else Term(axis, PRODUCT, (one, other))
+        for one, other in AXES[axis].products
+        if {one, other} <= set(recorded)
+    )
+    terms = tuple(dict.fromkeys((*own_terms, *products)))
     own = list(AXES).index(axis)
     fixed = np.eye(6)
     fixed[own, own] = structure.fixed[own, own]
