@@ -20,7 +20,7 @@ from service.wire import EffectsLedger, Keys
 from simulator.losses import health
 
 STEP_S = 5.0
-"""Of the vehicle's time that is played at once [s]: shorter than any trace takes beside the learner."""
+"""Length of the vehicle's time that is played at once [s]: shorter than any trace takes beside the learner."""
 LOOK_PERIOD_S = 0.04
 """Between two looks at the learner [s]; it takes its measurements in twenty times a second."""
 LEARNING_QUIET_S = 0.15

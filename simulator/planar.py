@@ -18,7 +18,7 @@ from service.recordings.recording import Recording, from_streams
 from simulator.leng import lasting, stamps
 
 STEP = 0.02
-"""Of Heun's integration [s]; the shortest time scale is a second."""
+"""Step of Heun's integration [s]; the shortest time scale is a second."""
 SPREAD = 0.25
 """Each size is drawn within this part of its usual value."""
 USUAL = {
@@ -34,7 +34,7 @@ USUAL = {
     "lever": 1.1,  # m, from the origin back to the fin
 }
 THRUST = ((-60.0, 260.0), (-90.0, 90.0), (-75.0, 75.0))
-"""Of surge [N], sway [N] and yaw [N m] what is commanded, evenly between these."""
+"""Ranges of the commands of surge [N], sway [N] and yaw [N m], which are drawn evenly."""
 HOLD = ((15.0, 40.0), (6.0, 15.0), (3.0, 9.0))
 """For how long a command holds [s], evenly between these."""
 WATER = (15.0, 15.0, 3.3)

@@ -75,7 +75,7 @@ def _placed(axes: Sequence[tuple[Config, Recording]]) -> Streams:
 
 
 def _of_other_axes(args: argparse.Namespace, config: Config) -> list[tuple[Config, Recording]]:
-    """The same recordings, read for each learner of another axis of the vehicle; one that they do not hold is said."""
+    """The recordings, read for each learner of another axis of the vehicle; one that they do not hold is said."""
     found = []
     for learner in config.each()[1:]:
         if not config.hears(learner):

@@ -24,7 +24,7 @@ from simulator.underway import SCALE, inflow, recorded, water
 MAX_TORQUE = SCALE.torque
 """Both thrusters' moment at full speed [N m]."""
 LOG_DURATION = 300.0
-"""Of a beginner's log [s]: `fit` learns from it in a second, `trace` in some ten."""
+"""Length of a beginner's log [s]: `fit` learns from it in a second, `trace` in some ten."""
 REVERSE_EFFICIENCY = 0.7
 """The part of a moment to port (negative) that the log's vehicle makes of what its rotors' speeds show."""
 

@@ -118,7 +118,7 @@ class Axes:
         return tx + sx * x, ty + sy * y
 
     def in_words_of(self, axis: Axis) -> Axes:
-        """The same with its labels and legend in the words and units of an axis of the vehicle."""
+        """The axes with labels and legend in the words and units of an axis of the vehicle."""
 
         def labelled(one: NumberedAxis) -> NumberedAxis:
             return replace(one, label=in_words_of(axis, one.label))

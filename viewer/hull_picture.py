@@ -24,7 +24,7 @@ COLOURS = {"without the hull": BEFORE, "with the hull": AFTER}
 INERTIA = 350.0
 """Leng's, as the demo declares it [kg m²]."""
 RATE_BINS = 14
-"""Of the yaw rate, for the means of the samples."""
+"""Bins of the yaw rate for the means of the samples."""
 
 
 def draw(folder: Path, picture: Path) -> None:

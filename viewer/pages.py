@@ -23,7 +23,7 @@ PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health", "Channe
 COLUMNS = 2
 """Plots of further channels beside each other."""
 WINDOW_S = 180.0
-"""Of the signals in sight [s]."""
+"""Length of the signals in sight [s]."""
 MARGIN_S = 40.0
 """Room beside the signals, where the legend stands [s]."""
 NOTHING_FOUND: Mapping[str, str] = {}

@@ -134,4 +134,4 @@ def _own(axis: NumberedAxis) -> NumberedAxis:
 
 
 TITLES = (f"{DAMPING}, slices", "Where it was driven")
-"""Of the two plots of a row."""
+"""Titles of the two plots of a row."""

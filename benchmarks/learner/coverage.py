@@ -27,7 +27,7 @@ from simulator import leng
 FIRST_SEED = 640_000
 """Seeds from here on are for the published table alone."""
 BAND_EDGES = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25)
-"""Of the five bands of |r| [rad/s]."""
+"""Edges of the five bands of |r| [rad/s]."""
 RATES_PER_BAND = 10
 """Rates at which the curve is judged in each band, to each side."""
 FIRST_JUDGED_ITERATION = 4

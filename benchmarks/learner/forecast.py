@@ -39,7 +39,7 @@ from simulator.missions import Mission, play
 HORIZONS = (1.0, 5.0, 20.0, 60.0)
 """[s]"""
 STARTS_PER_BATCH = 5
-"""Of a batch."""
+"""Instants of each batch from which forecasts start."""
 METHODS = ("learner", "hold", "least squares")
 MISSIONS = (("survey", "auv"), ("survey", "rov"), ("waypoints", "auv"), ("circles", "rov"), ("survey", "leng"))
 """What is simulated: at work, with the controller in the loop."""

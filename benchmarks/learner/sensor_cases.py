@@ -34,7 +34,7 @@ RATES: Array = np.linspace(-0.22, 0.22, 45)
 ALLOWED_ERROR_RATIO = 1.5
 """The served error may be so many times the control's."""
 NAMED_WITHIN_S = 60.0
-"""Within which a fault is to be named [s]."""
+"""Longest time until a fault is named that counts as right [s]."""
 HULL_AT_S = 450.0
 """In the combinations the hull is mounted then [s], within the fault."""
 

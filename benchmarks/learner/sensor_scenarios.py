@@ -16,7 +16,7 @@ from incsvr.numerics import Array
 from simulator import leng
 
 STEP_S = 0.04
-"""Of the integration, and the torque's sampling [s]."""
+"""Step of the integration, and period of the torque [s]."""
 GYRO_PERIOD_S, HEADING_PERIOD_S = 0.02, 0.2
 TORQUE_NOISE, HEADING_NOISE = 0.3, 0.01
 """Standard deviations [N m], [rad]."""

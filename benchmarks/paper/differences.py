@@ -28,7 +28,7 @@ SETTINGS = Settings(policy="paper")
 PRINTED_PASSES = 100
 """Passes of Eq. 8 as it is printed; the error no longer grows by then."""
 SMALL_CHANGE = 1e-3
-"""Of C: a change of θ in one pass that counts as small; the paper names no figure."""
+"""Change of θ in one pass that counts as small, in C; the paper names no figure."""
 RATES = np.linspace(-0.24, 0.24, 97, dtype=np.float64)
 
 

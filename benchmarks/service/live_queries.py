@@ -20,7 +20,7 @@ from benchmarks.service.bus import KEYS, PATIENCE_S, Learner, ask, learner, send
 from benchmarks.study import provenance
 
 WINDOW_S, PROOF_S = 240.0, 60.0
-"""Of the tracing [s of data]."""
+"""Window and proof of the tracing [s of data]."""
 RUNS = 4
 """Training runs of Leng that are played, one after the other."""
 MIN_QUESTIONS = 1500

@@ -20,8 +20,8 @@ LOOK_PERIOD_S = 5.0
 SETTLED_SHARE = 0.2
 """Part of the run after which what is allocated once has been, in a run of five minutes and more."""
 MESSAGES_PER_BATCH = 25
-"""Of each stream in a batch. The rings of measurements (`service.bus.ingest.RING_PLACES`) become resident place by
-place, 2 MB each: with one message in a batch that takes a whole soak, on a vehicle at 50 Hz three minutes."""
+"""Messages of each stream in a batch. The rings of measurements (`service.bus.ingest.RING_PLACES`) become resident
+place by place, 2 MB each: with one message in a batch that takes a whole soak, on a vehicle at 50 Hz three minutes."""
 
 
 def soak(minutes: float, pace: float) -> dict[str, Any]:

@@ -32,7 +32,7 @@ EFFECTS = ("dead_zone", "torque_asymmetry", "torque_saturation", "bias_torque", 
 KINDS = ("survey", "transit", "waypoints", "zigzag", "circles", "pipeline", "day", "station")
 VEHICLES = ("auv", "rov", "leng")
 HOUR_S, MIN_ONSET_S, MAX_ONSET_S = 3600.0, 1200.0, 2400.0
-"""Of a mission, and when an effect comes on at the earliest and at the latest [s]."""
+"""Length of a mission, and the earliest and latest onset of an effect [s]."""
 IN_TIME_S = 600.0
 """Right within ten minutes of data after the onset."""
 EARLIER_SEED_OFFSET = 500_000

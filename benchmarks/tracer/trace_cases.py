@@ -19,7 +19,7 @@ KINDS = (*EFFECTS, "coupling", "coupling", "modulation", "modulation")
 COUPLING = ("sway", "surge", "roll_rate", "winch_load", "ballast_flow", "arm_angle")
 MODULATION = ("voltage", "depth", "temperature", "winch_load")
 AUTOCORRELATIONS = (0.0, 0.5, 0.9, 0.98)
-"""Of the residual in quiet trials; a trial with an effect draws one of the first three."""
+"""Autocorrelations of the residual in quiet trials; a trial with an effect draws one of the first three."""
 FAMILIES = (
     {"torque_lag", "torque_delay"},
     {"drag_drift", "drag_step"},

@@ -15,7 +15,7 @@ from incsvr.numerics import Array
 Course = tuple[NDArray[Any], Array]
 """Indices into the cells of the spans, one after the other, and the simulated velocity there [rad/s]."""
 LAGS = 2
-"""Of the velocity and of every input in a NARX model."""
+"""Past values of the velocity and of every input in a NARX model."""
 
 
 class Motion(Protocol):

@@ -26,7 +26,7 @@ from incsvr.numerics import Array
 MOST_SAMPLES = 500
 """The Gaussian process is fitted to so many samples, evenly taken: its time grows with their cube."""
 THRESHOLDS = np.geomspace(0.01, 1.0, 10)
-"""Of pysindy's STLSQ, in deviations."""
+"""Thresholds of pysindy's STLSQ, in deviations."""
 TERMS = (3, 4, 5, 6, 8, 10, 12)
 """Numbers of terms that sysidentpy's FROLS is tried with."""
 RUNAWAY_RATIO = 10.0

@@ -26,7 +26,7 @@ from service.recordings.recording_csv import read
 TABLE_REACH = 1.5
 """How far the table of a learned curve reaches, in the fastest measured velocities."""
 TABLE_NODES = 801
-"""Of that table."""
+"""Nodes of a curve's table."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,7 @@ SPLITS = {
 AHEAD_S = 5.0
 """How far ahead predictions are compared [s]."""
 THRESHOLDS = (0.0, 0.02, 0.05, 0.1, 0.2)
-"""Of pysindy's STLSQ, in deviations; the one that predicts the fitted recordings best is taken."""
+"""Thresholds of pysindy's STLSQ, in deviations; the one that predicts the fitted recordings best is taken."""
 
 
 def measured(case: tuple[str, bool]) -> dict[str, Any]:

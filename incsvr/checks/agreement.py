@@ -57,8 +57,8 @@ class CheckResult:
 def respond(
     state: State, vehicle: Vehicle, batch: Samples, learned: CurveOfRates | None, older: CurveOfRates | None
 ) -> CheckResult:
-    """Of the batch and of its second half by what is learned, then of the batch by what was learned before the last
-    one, then of both together: what begins within a batch is told by the half of it that is wrong throughout."""
+    """The agreement of the batch and of its second half with what is learned, then of the batch with what was learned
+    before the last one, then of both together: the half that is wrong throughout tells what begins within a batch."""
     if learned is None or older is None:
         return CheckResult([], state.learned < YOUNG_CURVE_BATCHES)
     half = batch.take(slice(len(batch) // 2, None))

@@ -51,7 +51,7 @@ class Curve:
 
     @staticmethod
     def of(function: Callable[[Array], ServedCurve], rate: Array, known: tuple[float, float], sigma: float) -> Curve:
-        """Of f, learned between the rates `known` [rad/s], at the rates (n,) of a batch."""
+        """The curve of f, learned between the rates `known` [rad/s], at the rates (n,) of a batch."""
         low, high = known
         step, n = SLOPE_STEP_SHARE * (high - low), rate.size
         at = function(np.concatenate((rate, rate - step, rate + step, known)))

@@ -186,7 +186,7 @@ def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -
 
 
 def _pace(state: State, vehicle: Vehicle, batch: Samples, response: CheckResult) -> tuple[CheckResult, State]:
-    """Of the stamps' pace; where the streams should have drifted apart by it, and have not, the pace is a new one."""
+    """Checks the stamps' pace, which is a new one where the streams should have drifted apart by it and have not."""
     findings, drift = paces(batch, state.periods)
     drift = state.drift + drift if drift else 0.0
     if state.learned < YOUNG_CURVE_BATCHES:

@@ -50,7 +50,7 @@ them."""
 
 @dataclass(frozen=True, slots=True)
 class Scales:
-    """By which sizes are judged.
+    """Sizes that residuals are compared with.
 
     Attributes:
         largest_rate, largest_damping: that were learned or configured [rad/s], [N m].
@@ -170,7 +170,7 @@ def could_tell(found: Causes, scales: Scales) -> bool:
 
 
 def _apparent(cause: str, size: float) -> float | None:
-    """By which part the damping seems to have changed where it, or the thrust, did; None for other causes."""
+    """Share by which the damping seems to have changed where it, or the thrust, did; None for other causes."""
     if cause == "thrust":
         return 1.0 / (1.0 - size) - 1.0 if size < 1.0 else -1.0 - abs(size)
     return size if cause == "gain" else None

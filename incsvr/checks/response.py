@@ -256,7 +256,7 @@ def _cost(rest: Array, level: float) -> float:
 
 
 def _correlation(rest: Array) -> float:
-    """Of neighbours, in [0, 0.9]."""
+    """Correlation of neighbours, in [0, 0.9]."""
     limit = TRIMMED_DEVIATIONS * max(_deviation(rest), 1e-12)
     rest = np.clip(rest, -limit, limit)
     power = float(rest @ rest)

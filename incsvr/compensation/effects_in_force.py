@@ -126,7 +126,7 @@ class Compensation:
         return any(name in HEADING_EFFECTS for name in self.names)
 
     def reads(self, known: Iterable[str]) -> tuple[str, ...]:
-        """Those of the known channels that the effects look at, the heading among them."""
+        """The known channels that the effects look at, the heading among them."""
         looked_at = {*self.channels, *([HEADING_CHANNEL] if self.of_heading else [])}
         return tuple(name for name in known if name in looked_at)
 
@@ -159,7 +159,7 @@ class Compensation:
         return [np.concatenate(values) for values in zip(*found, strict=True)], carried
 
     def _stretch(self, piece: GridSegment, carried: FilterState) -> tuple[list[Array], FilterState]:
-        """The same for points that belong together; short pauses are bridged as if time had stood still."""
+        """Corrects points that belong together; short pauses are bridged as if time had stood still."""
         pairs, model = self.pairs(), self.model
         heading, carried = _heading(piece, carried)
         filters: dict[str, float] = dict(carried.filters)

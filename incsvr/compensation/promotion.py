@@ -48,12 +48,12 @@ class Comparison:
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Comparison:
-        """Of its fields as JSON has them: null is no number."""
+        """The comparison of its fields as JSON has them: null is no number."""
         known: dict[str, Any] = {name: math.nan if value is None else value for name, value in data.items()}
         return Comparison(**known)
 
     def after(self, earlier: float) -> Comparison:
-        """The same where bets on the effects had won e^earlier on other data before."""
+        """This comparison where bets on the effects had won e^earlier on other data before."""
         return replace(self, evidence=max(self.evidence + earlier, 0.0))
 
     @property

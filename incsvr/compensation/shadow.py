@@ -109,7 +109,7 @@ def compare_on_fresh_data(
 
 @dataclass(frozen=True, slots=True)
 class _Forecasts:
-    """Of the models without and with the effects, fitted to the data before.
+    """Forecasts of the models without and with the effects, fitted to the data before.
 
     Attributes:
         gains: (blocks,) by how much log-likelihood the effects foretell the fresh data better.

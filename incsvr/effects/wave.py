@@ -121,7 +121,7 @@ def _harmonic(s: Signals, period: float, amplitude: float) -> bool:
 
 
 def _line(s: Signals, frequency: float) -> tuple[float, float]:
-    """Of the torque: its amplitude at a frequency [N m], and its power there over the mean of the neighbourhood."""
+    """The torque's amplitude at a frequency [N m], and its power there over the mean of the neighbourhood."""
     length = s.origin[1] - s.origin[0]
     apart = np.array([k for k in range(-9, 10) if abs(k) > 2 and frequency + k / length > 0.0] or [3]) / length
     tones = _tones(s, s.torque, frequency + np.concatenate([[0.0], apart]))

@@ -54,7 +54,7 @@ class Grid:
 
     @staticmethod
     def step_for(smoothing: float) -> float:
-        """Of the grid beside a filter of this width [s]."""
+        """The grid's step beside a filter of this width [s]."""
         return smoothing / STEPS_PER_WIDTH
 
     def part(self, kept: NDArray[np.bool_]) -> Grid:

@@ -44,7 +44,7 @@ def free_run_errors(runs: Sequence[Motion], inertia: float, damping: Callable[[A
 
 
 def rmse(errors: Sequence[Array]) -> float | None:
-    """Of the errors of free runs [rad/s]; None where there is none, or one runs away."""
+    """The root mean square of free runs' errors [rad/s]; None where there is none, or one runs away."""
     value = root_mean_square(np.concatenate(errors)) if errors else np.nan
     return value if np.isfinite(value) else None
 

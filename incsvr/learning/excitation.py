@@ -76,14 +76,14 @@ class Excitation:
 
     @staticmethod
     def of(batch: Samples, undriven: Samples) -> Excitation:
-        """Of a batch of n ≥ 1 samples, some of them undriven."""
+        """The excitation of a batch of n ≥ 1 samples, some of them undriven."""
         rates = batch.yaw_rate[~np.isin(batch.time, undriven.time)]
         driven_rates = (float(rates.min()), float(rates.max())) if rates.size else None
         return Excitation(rates.size, len(batch), float(np.abs(batch.yaw_rate).max()), driven_rates)
 
     @staticmethod
     def together(parts: Sequence[Excitation]) -> Excitation:
-        """Of several batches, at least one."""
+        """The excitation of several batches, at least one."""
         rates = [part.driven_rates for part in parts if part.driven_rates is not None]
         return Excitation(
             sum(part.driven for part in parts),

@@ -107,13 +107,13 @@ class Model:
         return self._surface.predict(self.several.beside(rates))
 
     def at(self, samples: Samples) -> Prediction:
-        """The same at the velocities of (n,) samples."""
+        """The prediction at the velocities of (n,) samples."""
         if self.several is None:
             return self.predict(samples.yaw_rate)
         return self.over(self.several.at(samples))
 
     def over(self, velocity: Array) -> Prediction:
-        """The same at (n, d) velocities, the own one first, of a model over several.
+        """The prediction at (n, d) velocities, the own one first, of a model over several.
 
         Raises:
             BadInput: nothing is learned yet, or a velocity is not finite.

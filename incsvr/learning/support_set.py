@@ -57,7 +57,7 @@ class SupportSet:
 
     @property
     def largest_damping(self) -> float:
-        """Of the vectors [N m]; never zero."""
+        """The largest damping of the vectors [N m]; never zero."""
         return max(float(np.abs(self.damping).max()), 1e-9)
 
     @property

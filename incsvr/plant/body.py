@@ -74,12 +74,12 @@ class Coupled:
 
     @property
     def angles(self) -> tuple[str, ...]:
-        """Those of roll and pitch that change what weight and buoyancy do along this axis, and are recorded."""
+        """The angles, of roll and pitch, that change what weight and buoyancy do along this axis, and are recorded."""
         return tuple(name for name in self._turning() if name in self.recorded)
 
     @property
     def coupled_to(self) -> tuple[str, ...]:
-        """Those of the measured velocities whose change takes of the axis's torque."""
+        """The measured velocities whose change takes of the axis's torque."""
         return tuple(name for name in self.velocities if self.mass[self._own, VELOCITIES.index(name)] != 0.0)
 
     @property

@@ -70,10 +70,10 @@ def coriolis_matrix(mass: Array, velocity: Array) -> Array:
 
 
 def coriolis_force(mass: Array, velocity: Array) -> Array:
-    """C(ν) ν, (n, 6) [N] and [N m], from M (6, 6) and ν (n, 6)."""
+    """C(ν) ν, (…, n, 6) [N] and [N m], from M (…, 6, 6) and ν (…, n, 6)."""
     linear, angular = _momenta(mass, velocity)
-    along, about = velocity[:, :3], velocity[:, 3:]
-    return np.hstack([np.cross(about, linear), np.cross(along, linear) + np.cross(about, angular)])
+    along, about = velocity[..., :3], velocity[..., 3:]
+    return np.concatenate([_cross(about, linear), _cross(along, linear) + _cross(about, angular)], axis=-1)
 
 
 def products(mass: Array, axis: int) -> Array:
@@ -95,9 +95,16 @@ def cross_matrix(vector: Array) -> Array:
 
 
 def _momenta(mass: Array, velocity: Array) -> tuple[Array, Array]:
-    """Linear and angular momentum, (n, 3) each: both halves of M ν."""
-    momentum = velocity @ mass.T
-    return momentum[:, :3], momentum[:, 3:]
+    """Linear and angular momentum, (…, n, 3) each: both halves of M ν."""
+    momentum = velocity @ np.swapaxes(mass, -1, -2)
+    return momentum[..., :3], momentum[..., 3:]
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """a × b over the last axis, without the checks of numpy.cross, which take most of its time on small arrays."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
 def inertia_in_force(declared: float, findings: Iterable[Mapping[str, Any]]) -> float:

@@ -58,16 +58,16 @@ class SlowTorque:
 
     @property
     def of_a_log(self) -> str:
-        """The same with the cure, for who records with ArduPilot."""
+        """The sentence with the cure, for who records with ArduPilot."""
         return self.of_a_log_by("blueos")
 
     def of_a_log_by(self, preset: str | None) -> str:
-        """The same with the cure in the words of whose log it is; None is nobody's in particular."""
+        """The sentence with the cure in a preset's words; None is no preset's."""
         how = _CURES.get(preset or "", "")
         return f"{self.fault}; record it at {self.hertz} Hz or more{f' ({how})' if how else ''}"
 
     def on_a_bus(self, asks: bool) -> str:
-        """The same with the cure, for who sends; `asks` where the vehicle can be asked from here."""
+        """The sentence with the cure, for who sends; `asks` where the vehicle can be asked from here."""
         cure = f": `incsvr inputs --ask {self.hertz}` asks the vehicle for it" if asks else ""
         return f"{self.fault}; send it at {self.hertz} Hz or more{cure}"
 

@@ -14,7 +14,7 @@ from incsvr.signals.smoothing import Smoothed
 TORQUE = "torque"
 """The filtered torque [N m]."""
 LOW, HIGH, STEP, MOVE, COUNT, SPIKES, PERIOD = "low", "high", "step", "move", "count", "spikes", "period"
-"""Of a stream, as in `Smoothed`."""
+"""Names of a stream's figures, as in `Smoothed`."""
 RATE_SPREAD, TORQUE_SLOPE = "yaw_rate:spread", "torque:slope"
 """How far the yaw rate moved within the filter [rad/s], and how fast the torque did [N m/s],
 where it is not known when."""

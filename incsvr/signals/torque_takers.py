@@ -54,7 +54,7 @@ class TakesTorque(Protocol):
         """The torque at (n,) instants [s]; `smoothing` and `gap` [s] are those of the two smoothed streams."""
 
     def anew(self) -> TakesTorque:
-        """The same that has seen nothing: the clocks began anew."""
+        """A taker that has seen nothing, for clocks that began anew."""
 
     def forget(self, before: float) -> None:
         """Drops what it remembers of the time before this [s]."""

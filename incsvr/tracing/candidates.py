@@ -159,7 +159,7 @@ class _NormalEquations:
         return -0.5 * float(slope @ step), np.asarray(step, dtype=np.float64)
 
     def with_row(self, row: NDArray[np.bool_]) -> _NormalEquations:
-        """The same beside one more column."""
+        """The equations beside one more column."""
         own, more = self.x[row], self.cross[:, row]
         information = np.block([[self.information, more], [more.T, own @ own.T]])
         pull, cross = np.concatenate([self.pull, self.slope[row]]), np.concatenate([self.cross, own @ self.x.T])

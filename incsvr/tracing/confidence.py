@@ -41,7 +41,7 @@ def covariance_of(problem: Problem, fitted: Fit, blocks: NDArray[np.intp]) -> Ar
 
 
 def _of_part(part: Part, covariance: Array, declared: float) -> dict[str, tuple[float, float]]:
-    """Of the contract's parameters, whose slopes are taken numerically."""
+    """Intervals of the contract's parameters, whose slopes are taken numerically."""
     values, vector = part.effect.parameters(part.term, declared), part.vector
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
 

@@ -50,7 +50,7 @@ class Colour:
         return np.array([log(self.pole / (1.0 - self.pole)), *(2.0 * atanh(k) for k in self.reflection)])
 
     def moved(self, vector: Array) -> Colour:
-        """The same with other numbers."""
+        """The colour with other numbers."""
         if not self.starts:
             return self
         pole, first, second = np.clip(vector, -MAX_LOGIT, MAX_LOGIT).tolist()

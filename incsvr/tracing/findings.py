@@ -151,7 +151,7 @@ class Trace:
         return inertia_in_force(self.inertia, [finding.to_dict() for finding in self.effects])
 
     def in_terms_of(self, axis: Axis) -> Trace:
-        """The same in the words and units of an axis."""
+        """The trace in the words and units of an axis."""
         if axis == YAW:
             return self
         return replace(

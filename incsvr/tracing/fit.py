@@ -61,7 +61,7 @@ class Fit:
 
     @property
     def variance(self) -> float:
-        """By which sums of squares over all errors are divided."""
+        """The variance that sums of squares over all errors are divided by."""
         return float(self.sigma**2 * self.errors.shape[0])
 
 

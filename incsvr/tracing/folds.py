@@ -56,7 +56,7 @@ class Difference:
 
 
 def difference(better: Array, worse: Array, blocks: NDArray[np.intp], inflation: float = 1.0) -> Difference:
-    """Of (w,) log densities of unseen windows; `blocks` (w,) numbers stretches that have forgotten each other."""
+    """The difference of (w,) log densities of unseen windows; `blocks` (w,) numbers independent stretches."""
     gain = better - worse
     sums, total = np.bincount(blocks, gain), float(gain.sum())
     spread = float(np.std(sums, ddof=1)) if sums.size > 1 else np.inf

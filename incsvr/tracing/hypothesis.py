@@ -41,7 +41,7 @@ class Part:
         return np.array([*self.term.coefficients[: self.coefficients], *searched])
 
     def moved(self, vector: Array) -> Part:
-        """The same with other free numbers (k,)."""
+        """The part with other free numbers (k,)."""
         count, values = self.coefficients, vector.tolist()
         coefficients = tuple(values[:count]) if count else self.term.coefficients
         inner = self.effect.moved(self.term.inner, values[count:]) if self.sought else self.term.inner
@@ -85,7 +85,7 @@ class Hypothesis:
         return np.concatenate([self.damping, [self.offset], *(part.vector for part in self.parts)])
 
     def moved(self, vector: Array) -> Hypothesis:
-        """The same with other free numbers (p,)."""
+        """The hypothesis with other free numbers (p,)."""
         size = self.basis.size
         at, parts = size + 1, []
         for part in self.parts:
@@ -111,12 +111,12 @@ class Hypothesis:
         return low, high
 
     def with_part(self, part: Part) -> Hypothesis:
-        """The same with one more effect."""
+        """The hypothesis with one more effect."""
         offset = 0.0 if part.name == "torque_delay" else self.offset
         return replace(self, parts=(*self.parts, part), offset=offset)
 
     def without(self, k: int) -> Hypothesis:
-        """The same without its k-th effect."""
+        """The hypothesis without its k-th effect."""
         return replace(self, parts=self.parts[:k] + self.parts[k + 1 :])
 
 

@@ -76,13 +76,13 @@ def sentence(found: Sequence[tuple[float, float]]) -> str:
 
 
 def _variance(values: Array, length: int) -> float:
-    """Of the means over all windows of a length, in that of white noise."""
+    """Variance of the means over all windows of a length, in that of white noise."""
     total = np.concatenate([[0.0], np.cumsum(values)])
     return float(np.mean((total[length:] - total[:-length]) ** 2)) / length
 
 
 def _without_gaps(inside: NDArray[np.bool_], length: int) -> NDArray[np.bool_]:
-    """The same, gaps shorter than `length` closed."""
+    """The mask with gaps shorter than `length` closed."""
     found = inside.copy()
     at = np.flatnonzero(inside)
     for a, b in pairwise(at.tolist()):

@@ -18,7 +18,7 @@ NORMAL_95 = 1.959964
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Of an error from before to after, with its 95 % interval."""
+    """Change of an error from before to after, with its 95 % interval."""
 
     estimate: float
     low: float

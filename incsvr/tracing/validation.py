@@ -107,7 +107,7 @@ def free_runs(problem: Problem, fitted: Fit) -> Array:
 
 
 def errors(cells: Cells, hypothesis: Hypothesis, slices: Sequence[slice], fitted: Cells) -> Errors:
-    """Of a hypothesis over slices of cells; `fitted` are the cells to whose clock its drifts refer."""
+    """Errors of a hypothesis over slices of cells; `fitted` are the cells to whose clock its drifts refer."""
     origin = fitted.signals.origin
     cells = replace(cells, signals=replace(cells.signals, origin=origin), fine=replace(cells.fine, origin=origin))
     model = motion_model(fitted, hypothesis)

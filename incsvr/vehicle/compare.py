@@ -21,7 +21,7 @@ from incsvr.vehicle.fitting import Fit, fit
 from incsvr.vehicle.held_out import spread_windows
 from incsvr.vehicle.identify import Identified, identify
 from incsvr.vehicle.intervals import covariance
-from incsvr.vehicle.model import DECLARED
+from incsvr.vehicle.model import ASSUMED, DECLARED
 from incsvr.vehicle.motion import WholeMotion, joined
 from incsvr.vehicle.scales import Scales
 from incsvr.vehicle.structure import Pair, Structure
@@ -50,7 +50,7 @@ class Quantity:
 
     @property
     def unit(self) -> str:
-        """Of its values."""
+        """The unit of its values."""
         along = AXES[self.axis].along
         return ("kg" if along else "kg m²") if self.kind == "inertia" else ("N" if along else "N m")
 
@@ -135,7 +135,7 @@ def compare(
     identified = identify(whole, None, declared, validate=False)
     vehicle = identified.vehicle
     structure, start = vehicle.structure, vehicle.parameters
-    known = [k for k, parameter in enumerate(vehicle.mass.values()) if parameter.origin == DECLARED]
+    known = [k for k, parameter in enumerate(vehicle.mass.values()) if parameter.origin in (DECLARED, ASSUMED)]
     scales = Scales.of(whole, {one: value for (one, other), value in declared.items() if one == other})
     quantities = _quantities(structure, whole, known)
     found = []

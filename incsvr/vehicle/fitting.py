@@ -18,13 +18,13 @@ from incsvr.vehicle.simulation import simulate
 from incsvr.vehicle.structure import Structure
 
 DEGREES_OF_FREEDOM = 6.0
-"""Of Student's t, the law of the windows' errors: the same as the tracer's."""
+"""Degrees of freedom of Student's t, the law of the windows' errors; the tracer's are as many."""
 MAX_STEPS = 12
 """Gauss–Newton steps at most."""
 MIN_FALL = 1e-4
 """Relative fall of the criterion below which the fit ends."""
 RELATIVE_DIFFERENCE = 1e-4
-"""Of a parameter's scale, for the slopes."""
+"""Step of the differences that give the slopes, in a parameter's scale."""
 PRIOR_SCALES = 30.0
 """Deviation of a parameter's prior about its start, in its scale: it only holds what is not excited."""
 
@@ -72,11 +72,6 @@ class Fit:
     error: Array
     slope: Array
     weight: Array
-
-    @property
-    def losses(self) -> Array:
-        """(windows,) −2 log of Student's likelihood of each window, up to a constant."""
-        return losses(self.error, self.variance)
 
 
 def losses(error: Array, variance: Array) -> Array:

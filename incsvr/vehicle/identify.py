@@ -1,6 +1,7 @@
 """From the recorded motion of a whole vehicle to its model: M, C(ν) ν, damping, couplings and lags of every axis.
 
-1. Every axis whose velocity is recorded is modelled; one without actuators has an assumed inertia.
+1. Every axis whose velocity is recorded is modelled. The inertia of one without actuators follows from the Coriolis
+   forces on it, or is assumed.
 2. All parameters that a hull may have are fitted together to predictions over the shortest time scale of the motion.
 3. Couplings that parts of the data left out do not need are taken out; rarer terms and lags are added where they pay.
 4. Intervals come from the scatter between blocks; a parameter whose interval is wider than the axis's usual effort is
@@ -23,7 +24,7 @@ from incsvr.vehicle.intervals import intervals
 from incsvr.vehicle.manoeuvres import manoeuvres
 from incsvr.vehicle.model import ASSUMED, DECLARED, ESTIMATED, UNKNOWN, Parameter, Vehicle
 from incsvr.vehicle.motion import WholeMotion
-from incsvr.vehicle.scales import Scales
+from incsvr.vehicle.scales import Candidate, Scales
 from incsvr.vehicle.selection import MIN_EVIDENCE, LeftOut, extended, parts, reduced
 from incsvr.vehicle.structure import Pair, Structure, coupled_pairs
 from incsvr.vehicle.terms import PRODUCT, Term, couplings, extras, own_damping, restoring
@@ -113,7 +114,7 @@ def identify(
         [fit(windows, each, *scales.start(each), scales.bounds(each)) for each in structures], windows, scales
     )
     fitted = reduced(windows, fitted, scales)
-    candidates = [*extras(axes, driven, motion.recorded), *driven]
+    candidates: list[Candidate] = [*extras(axes, driven, motion.recorded), *driven]
     fitted = extended(windows, fitted, candidates, scales)
     vehicle = _vehicle(name, axes, driven, motion, fitted, scales, declared)
     if not validate:

@@ -9,7 +9,7 @@ from incsvr.numerics import Array
 from incsvr.vehicle.fitting import PRIOR_SCALES, Fit, normal_equations
 
 CONFIDENCE = 0.95
-"""Of the intervals."""
+"""Confidence of the intervals."""
 BLOCK_WINDOWS = 4
 """Windows that count as one observation: what disturbs a vehicle outlasts a window."""
 MIN_BLOCKS = 8

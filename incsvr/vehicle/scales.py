@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,9 +12,11 @@ from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES, VELOCITIES
 from incsvr.vehicle.fitting import Fit
 from incsvr.vehicle.motion import WholeMotion
-from incsvr.vehicle.structure import Structure
+from incsvr.vehicle.structure import Pair, Structure
 from incsvr.vehicle.terms import BIAS, EFFORT, INFLOW, LINEAR, QUADRATIC, REVERSE, RIGHTING, WEIGHT, Term
 
+Candidate: TypeAlias = Term | str | Pair
+"""What may be added to a structure: a term, the lag of an axis's effort by its name, or an entry of M."""
 MASS_RANGE = 30.0
 """Factor by which an inertia may differ from its first guess: a guess from accelerations is rarely off by ten."""
 PASSIVE_SHARE = 0.3
@@ -57,7 +60,7 @@ class Scales:
 
     @staticmethod
     def of(motion: WholeMotion, declared: Mapping[str, float]) -> Scales:
-        """Those of a motion; inertias that are declared by the axes' names are taken as they are."""
+        """The scales of a motion; inertias that are declared by the axes' names are taken as they are."""
         speed = np.array([root_mean_square(motion.velocity[:, k]) for k in range(6)]) + 1e-9
         effort = np.array([root_mean_square(motion.effort[:, k]) for k in range(6)])
         for group in (slice(0, 3), slice(3, 6)):
@@ -122,7 +125,7 @@ class Scales:
         high += [MAX_LAG_CELLS * self.step] * len(structure.lags)
         return np.array(low), np.array(high)
 
-    def extension(self, fitted: Fit, candidate: object) -> Extension:
+    def extension(self, fitted: Fit, candidate: Candidate) -> Extension:
         """The structure with a candidate, its parameters the fitted ones and a first value that changes nothing."""
         structure = fitted.structure
         masses, terms = len(structure.mass), len(structure.terms)
@@ -132,9 +135,7 @@ class Scales:
             wider, place = structure.with_lag(candidate), structure.size
             scale, first = self.step, 0.25 * self.step
         else:
-            pair = candidate
-            assert isinstance(pair, tuple)
-            wider, place, scale, first = structure.with_mass(pair), masses, self.of_mass(pair), 0.0
+            wider, place, scale, first = structure.with_mass(candidate), masses, self.of_mass(candidate), 0.0
         return Extension(
             wider, np.insert(fitted.parameters, place, first), np.insert(fitted.scale, place, scale), place
         )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from incsvr.numerics import Array
 from incsvr.vehicle.fitting import PRIOR_SCALES, Fit, Windows, fit, losses, normal_equations
-from incsvr.vehicle.scales import Extension, Scales
+from incsvr.vehicle.scales import Candidate, Extension, Scales
 from incsvr.vehicle.terms import CROSS, EFFORT, PRODUCT, SQUARE
 
 COUPLINGS = (CROSS, PRODUCT, SQUARE, EFFORT)
@@ -37,7 +37,7 @@ STEPS_OF_A_TRIAL = 5
 """Gauss–Newton steps for a candidate: it starts from a fitted model."""
 
 
-def extended(windows: Windows, fitted: Fit, candidates: Sequence[object], scales: Scales) -> Fit:
+def extended(windows: Windows, fitted: Fit, candidates: Sequence[Candidate], scales: Scales) -> Fit:
     """The model with every candidate that pays, and without those that no longer do.
 
     Args:
@@ -52,7 +52,7 @@ def extended(windows: Windows, fitted: Fit, candidates: Sequence[object], scales
     price = MIN_EVIDENCE + 2.0 * float(np.log(max(len(open_candidates), 1)))
     for _ in range(MAX_ADDED):
         ranked = _ranked(windows, fitted, open_candidates, scales)
-        best: tuple[float, object, Fit, Array] | None = None
+        best: tuple[float, Candidate, Fit] | None = None
         for candidate, extension in ranked[:LEADS]:
             bounds = scales.bounds(extension.structure)
             tried = fit(windows, extension.structure, extension.start, extension.scale, bounds, STEPS_OF_A_TRIAL)
@@ -60,10 +60,10 @@ def extended(windows: Windows, fitted: Fit, candidates: Sequence[object], scales
             gain = _gain(loss, tried_loss)
             smaller = 1.0 - _squares(tried, fitted.variance) / _squares(fitted, fitted.variance)
             if gain > price and smaller > RELEVANT and (best is None or gain > best[0]):
-                best = gain, candidate, tried, tried_loss
+                best = gain, candidate, tried
         if best is None:
             break
-        _, candidate, fitted, _ = best
+        _, candidate, fitted = best
         loss = LeftOut.of(fitted, folds, scales).losses(fitted.variance)
         open_candidates.remove(candidate)
     return fitted
@@ -125,7 +125,7 @@ class LeftOut:
 
     @staticmethod
     def of(fitted: Fit, folds: NDArray[np.intp], scales: Scales) -> LeftOut:
-        """Of a fit whose windows belong to these parts."""
+        """The linear model of a fit whose windows belong to these parts."""
         equations = [
             normal_equations(fitted.slope[:, inside], fitted.error[inside], fitted.weight[inside])
             for inside in (folds == part for part in np.unique(folds))
@@ -175,8 +175,8 @@ def _squares(fitted: Fit, variance: Array) -> float:
 
 
 def _ranked(
-    windows: Windows, fitted: Fit, candidates: Sequence[object], scales: Scales
-) -> list[tuple[object, Extension]]:
+    windows: Windows, fitted: Fit, candidates: Sequence[Candidate], scales: Scales
+) -> list[tuple[Candidate, Extension]]:
     """The candidates that may fall in one step, the best first."""
     normal, gradient = normal_equations(fitted.slope, fitted.error, fitted.weight)
     inverse = np.linalg.pinv(normal, hermitian=True)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array
+from incsvr.plant.mass_and_coriolis import coriolis_force
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.structure import Structure
 from incsvr.vehicle.terms import LINEAR, QUADRATIC
@@ -58,7 +59,7 @@ class Drive:
 
     def acceleration(self, velocity: Array, effort: Array, angle: Array) -> Array:
         """ν̇ of the simulated axes (models, windows, axes) at ν (models, windows, 6)."""
-        force = effort - coriolis(self.mass, velocity)
+        force = effort - coriolis_force(self.mass, velocity)
         coefficients = self.structure.coefficients(self.parameters)
         for k, term in enumerate(self.structure.terms):
             force[..., term.row] -= coefficients[:, k, None] * term.value(velocity, effort, angle)
@@ -172,21 +173,6 @@ class _Given:
     def tilt(self, angle: Array) -> Array:
         """Roll and pitch: simulated, or as measured."""
         return angle if self.turning else self.angle[None]
-
-
-def coriolis(mass: Array, velocity: Array) -> Array:
-    """C(ν) ν (models, windows, 6) of M (models, 6, 6) and ν (models, windows, 6) (Fossen 2011, Theorem 3.2)."""
-    momentum = np.einsum("bij,bnj->bni", mass, velocity)
-    linear, angular = momentum[..., :3], momentum[..., 3:]
-    along, about = velocity[..., :3], velocity[..., 3:]
-    return np.concatenate([_cross(about, linear), _cross(along, linear) + _cross(about, angular)], axis=-1)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """a × b over the last axis, without the checks of numpy.cross."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
 def _turning(angle: Array, velocity: Array) -> Array:

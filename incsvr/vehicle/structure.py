@@ -46,19 +46,19 @@ class Structure:
         return [list(AXES).index(name) for name in self.axes]
 
     def with_term(self, term: Term) -> Structure:
-        """The same with one term more."""
+        """The structure with one term more."""
         return replace(self, terms=(*self.terms, term))
 
     def with_lag(self, axis: str) -> Structure:
-        """The same with the lag of an axis's effort."""
+        """The structure with the lag of an axis's effort."""
         return replace(self, lags=(*self.lags, axis))
 
     def with_mass(self, pair: Pair) -> Structure:
-        """The same with one entry of M more."""
+        """The structure with one entry of M more."""
         return replace(self, mass=(*self.mass, pair))
 
     def only(self, kept: Sequence[int]) -> Structure:
-        """The same with some of its parameters alone, by their places in order."""
+        """The structure with some of its parameters alone, by their places in order."""
         masses, terms = len(self.mass), len(self.terms)
         return replace(
             self,
@@ -77,7 +77,7 @@ class Structure:
         return matrix
 
     def coefficients(self, parameters: Array) -> Array:
-        """Those of the terms, (models, terms)."""
+        """The coefficients of the terms, (models, terms)."""
         return parameters[:, len(self.mass) : len(self.mass) + len(self.terms)]
 
     def efforts(self, parameters: Array, motion: WholeMotion) -> Array:

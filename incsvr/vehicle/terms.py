@@ -95,7 +95,7 @@ class Term:
             speeds = [axis]
         elif self.kind in (QUADRATIC, SQUARE):
             speeds = [axis, axis] if self.kind == QUADRATIC else speeds * 2
-        per = " ".join("s/m" if each.along else "s/rad" for each in speeds)
+        per = _per_speeds(sum(each.along for each in speeds), sum(not each.along for each in speeds))
         if self.kind == EFFORT:
             other = AXES[self.of[0]]
             return {(True, False): "1/m", (False, True): "m"}.get((axis.along, other.along), "1")
@@ -156,6 +156,14 @@ def extras(axes: Collection[str], driven: Collection[str], recorded: Collection[
             found += [Term(axis.name, REVERSE), *(Term(axis.name, EFFORT, (k,)) for k in driven if k != axis.name)]
         found.append(Term(axis.name, BIAS))
     return tuple(dict.fromkeys(found))
+
+
+def _per_speeds(along: int, about: int) -> str:
+    """The unit of one over a product of so many velocities [m/s] and angular velocities [rad/s]."""
+    parts = [name if count == 1 else f"{name}²" for name, count in (("m", along), ("rad", about)) if count]
+    seconds = "s" if along + about == 1 else "s²"
+    below = " ".join(parts)
+    return "" if not parts else f"{seconds}/{below}" if len(parts) == 1 else f"{seconds}/({below})"
 
 
 def _mirror_alike(one: Axis, other: Axis) -> bool:

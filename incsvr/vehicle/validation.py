@@ -57,11 +57,11 @@ class Errors:
 
 
 NO_ERRORS = Errors((), {}, np.empty(0), np.empty(0), {})
-"""Of a model that was not asked to predict."""
+"""Errors of a model that was not asked to predict."""
 
 
 def errors(structure: Structure, parameters: Array, motion: WholeMotion) -> Errors:
-    """Those of a model with parameters (size,) on a motion that it was not fitted to."""
+    """The errors of a model with parameters (size,) on a motion that it was not fitted to."""
     rows = structure.rows
     horizons, track = {}, {}
     for seconds in HORIZONS_S:

@@ -39,7 +39,8 @@ def _row(name: str, parameter: Parameter, unit: str) -> str:
     if parameter.origin in ("declared", "assumed"):
         return f"  {name:<26}{value:>10}  {unit} ({parameter.origin})"
     remark = "" if parameter.origin == "estimated" else f" ({parameter.origin})"
-    return f"  {name:<26}{value:>10}  ({parameter.low:.4g} to {parameter.high:.4g}) {unit}{remark}"
+    unit = "" if unit == "1" else unit
+    return f"  {name:<26}{value:>10}  ({parameter.low:.4g} to {parameter.high:.4g}) {unit}{remark}".rstrip()
 
 
 def _errors(found: Identified) -> list[str]:

@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def text(config: Config, result: dict[str, Any]) -> str:
-    """The same for people, in 80 columns."""
+    """The result for people, in 80 columns."""
     came = result["inputs"]
     where = config.bus.connect or config.bus.zenoh_file or config.bus.listen
     lines = [f"{where}, {result['seconds']:g} s" + (f", preset {config.inputs.preset}" if config.inputs.preset else "")]

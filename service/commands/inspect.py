@@ -187,7 +187,7 @@ def _summary(time: Array, values: Array) -> dict[str, Any]:
 
 
 def _text(args: argparse.Namespace, summary: LogSummary) -> str:
-    """The same for people, in 80 columns."""
+    """The summary for people, in 80 columns."""
     streams = summary.streams
     lines = [f"{summary.name}: {summary.format}, {len(streams)} topic{'' if len(streams) == 1 else 's'}", ""]
     if args.topic is not None:

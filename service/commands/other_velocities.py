@@ -57,7 +57,7 @@ class OtherVelocities:
 
     @staticmethod
     def of(coupled: Coupled | None, joined: Recording, samples: Samples, signals: SignalSettings) -> OtherVelocities:
-        """Of the samples of recordings that were joined."""
+        """The other velocities in samples of recordings that were joined."""
         if coupled is None:
             sentence = coupling_sentence(joined, samples, signals)
             return (
@@ -70,7 +70,7 @@ class OtherVelocities:
 
     @staticmethod
     def of_parts(coupled: Coupled, parts: Mapping[str, Array], left: Array) -> OtherVelocities:
-        """Of what was taken of the torque, (n,) each, and what is left of it (n,) [N m]."""
+        """The other velocities by what they took of the torque, (n,) each, and the residual torque (n,) [N m]."""
         torque = root_mean_square(left + np.sum(list(parts.values()), axis=0))
         share = {name: root_mean_square(part) / torque if torque > 0.0 else 0.0 for name, part in parts.items()}
         used = ", ".join(f"channel {name}" for name in (*coupled.velocities, *coupled.angles)) or "no other velocity"
@@ -179,7 +179,7 @@ def coupling_sentence(joined: Recording, samples: Samples, signals: SignalSettin
 
 
 def coupling_of_recordings(recordings: Sequence[Recording], inertia: float) -> str | None:
-    """The same of recordings that were not yet made samples of, with a declared inertia [kg m²]."""
+    """The remark on recordings that are not samples yet, with a declared inertia [kg m²]."""
     if not any(recording.velocities for recording in recordings):
         return None
     joined = sequence(recordings)
@@ -200,5 +200,5 @@ def _sentence(found: NeglectedTerms) -> str:
 
 
 def _sampled(recording: Recording, among: Mapping[str, Array]) -> tuple[str, ...]:
-    """Those of some columns of which a recording holds more than a few values."""
+    """The columns of which a recording holds more than a few values."""
     return tuple(name for name, values in among.items() if np.isfinite(values).sum() > 10)

@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 HEADS = (("yaw rate [rad/s]", 16), ("damping [N m]", 13), ("± sigma [N m]", 13))
-"""Of the columns, and how wide these are at least."""
+"""Heads of the columns, and their least widths in characters."""
 
 
 def velocities(words: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dict[str, list[float]]]:

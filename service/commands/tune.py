@@ -125,7 +125,7 @@ class Tuning:
         }
 
     def text(self) -> str:
-        """The same for people, in at most 80 columns."""
+        """The result for people, in at most 80 columns."""
         count, batch = self.samples // self.best.batch, self.best.batch
         lines = [
             f"{self.name}: {self.samples} samples, {count} batches of {batch}, each left out once",

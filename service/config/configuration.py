@@ -122,8 +122,8 @@ class Config(Section):
         return Coupled(axis, mass_matrix(vehicle.mass_matrix or alone), recorded, vehicle.restoring)
 
     def _hearing(self, learners: tuple[Config, ...]) -> Config:
-        """The same, where samples wait for all that the body asks for and something brings: a learner of another axis
-        of the vehicle in this process, or `inputs.channels`."""
+        """This configuration, where samples wait for all that the body asks for and something brings: a learner of
+        another axis of the vehicle in this process, or `inputs.channels`."""
         coupled = self._in_its_body((*VELOCITIES, *ATTITUDE))
         if coupled is None:
             return self

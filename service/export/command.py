@@ -25,7 +25,7 @@ from service.wire.json_text import json_text
 
 FORMATS = ("csv", "json", "gazebo", "uuv", "stonefish", "python-vehicle-simulator", "python")
 VEHICLE_SUFFIXES = (".yaml", ".yml")
-"""Of a vehicle file, which `incsvr identify --write` wrote."""
+"""Suffixes of a vehicle file, which `incsvr identify --write` writes."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -107,12 +107,12 @@ class InputMapper:
 
     @property
     def parameters_by_system(self) -> dict[str, dict[str, float]]:
-        """Those that each vehicle told, as the next process takes them."""
+        """The parameters that each vehicle sent, as the next process takes them."""
         return {system: dict(told) for system, told in self._parameters.by_system.items()}
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Of the vehicle: what it told goes before what the configuration says."""
+        """The vehicle's parameters: a received value overrides the configuration's."""
         return {**self._configured.parameters, **self.told_parameters}
 
     @property

@@ -48,7 +48,7 @@ class SourceBinding:
 
     @property
     def type(self) -> str:
-        """Of its messages, where they are CDR."""
+        """The type of its messages, where they are CDR."""
         return self.form.removeprefix("cdr:") if self.form.startswith("cdr:") else ""
 
     def path(self, name: str, told: str) -> str:
@@ -76,7 +76,7 @@ class SourceBinding:
         return path, STAMP_UNITS[unit]
 
     def stamps(self, source: Source | Thrusters) -> list[float] | None:
-        """Of the newest message [s]; None where the time of arrival counts."""
+        """The stamps of the newest message [s]; None where the time of arrival counts."""
         path, factor = self.stamp(source)
         found = self.numbers(path) if path else None
         return None if found is None else [stamp * factor for stamp in found]

@@ -34,7 +34,7 @@ class VehicleParameters:
         self._changes: dict[str, deque[str]] = {}
 
     def of(self, system: str) -> dict[str, float]:
-        """Those of a vehicle; before one is taken, those of the only one that told any."""
+        """The parameters of a vehicle; before one is taken, those of the only one that sent any."""
         known = [name for name in self.by_system if name]
         system = known[0] if not system and len(known) == 1 else system
         return {**self.by_system.get("", {}), **(self.by_system.get(system, {}) if system else {})}

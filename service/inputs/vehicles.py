@@ -1,4 +1,4 @@
-"""Of several vehicles in a log or on a bus one is taken, for all of its messages and for its parameters.
+"""The vehicle among several in a log or on a bus whose messages and parameters are used.
 
 It is the first that was armed while its outputs moved. Messages are looked at in the order in which they arrived, so
 that a log and a bus choose alike. A person may name another one.
@@ -150,7 +150,7 @@ class Vehicles:
         return self._consider(sign.system)
 
     def others(self, systems: Iterable[str]) -> frozenset[str]:
-        """Those of the vehicles that are left alone."""
+        """The vehicles that are not used."""
         return frozenset(systems) - {self.chosen} if self.chosen else frozenset()
 
     def note(self, others: Iterable[str]) -> str:

@@ -13,7 +13,7 @@ RECENT_BATCHES = 5
 
 
 class RecentBatches:
-    """Of one learner; `add` is called by the thread that learns, all else by any."""
+    """The recent batches of one learner; `add` is called by the thread that learns, all else by any."""
 
     def __init__(self) -> None:
         self._excitation: deque[Excitation] = deque(maxlen=RECENT_BATCHES)

@@ -46,7 +46,7 @@ class ForecastFromStart:
 
 
 class StandIn:
-    """Of a learner with these signals; `memory` is what an earlier `to_dict` gave."""
+    """The stand-in of a learner with these signals; `memory` is what an earlier `to_dict` gave."""
 
     def __init__(self, signals: SignalSettings, memory: Mapping[str, Any] | None = None) -> None:
         self._signals, self._lock = signals, threading.Lock()

@@ -120,7 +120,7 @@ class WorkerThreads:
 
 
 def first_of_each_axis(hosts: Sequence[Host]) -> list[Host]:
-    """Of several learners of the same axis of a vehicle, the first one: all hear the same."""
+    """The first of several learners of the same axis of a vehicle: all receive the same."""
     found: dict[tuple[str, str], Host] = {}
     for host in hosts:
         vehicle = host.node.config.vehicle

@@ -76,5 +76,5 @@ class TraceContent:
         return ", ".join(sorted(self.names))
 
     def compared(self, error: Mapping[str, Any], until: float) -> TraceContent:
-        """The same after a comparison on fresh data up to `until` [s]."""
+        """The content after a comparison on fresh data up to `until` [s]."""
         return replace(self, proof=FreshProof(error, until))

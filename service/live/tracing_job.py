@@ -67,7 +67,7 @@ def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
 
 
 def _trace(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
-    """The same object as `incsvr trace --json` writes, with the time `since` from which on the traced data begin [s].
+    """The object that `incsvr trace --json` writes, with the time `since` from which on the traced data begin [s].
 
     An effect may have come on in the middle: where the whole says that something changed at an instant, the part after
     it says what; where the whole holds nothing that could be taken up, the part from `half` on may.

@@ -147,7 +147,7 @@ class TracingState:
 
     @property
     def prior_bet(self) -> tuple[int, float]:
-        """Of what is suspected: its number among those suspected, and ln of what earlier bets on it won."""
+        """The number of the suspected set among all suspected ones, and ln of what earlier bets on it won."""
         return (1, 0.0) if self.suspect is None else self.bets.get(self.suspect.key, (max(self.suspicions, 1), 0.0))
 
     def overdue(self, newest: float, window: float) -> bool:

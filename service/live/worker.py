@@ -25,7 +25,7 @@ Begin = Callable[[Mapping[str, Any], Streams], Worker | None]
 
 
 def recent_streams(streams: Streams, settings: Tracing, state: TracingState, work: Work, newest: float) -> Streams:
-    """Of the recent streams, name → (stamps [s], values), what the work is about that is due at `newest` [s]."""
+    """The part of the recent streams, name → (stamps [s], values), that the work due at `newest` [s] is about."""
     since = _since(settings, state, newest) if work == "prove" else newest - settings.window
     return {
         name: (t[(t >= since) & (t <= newest)], value[(t >= since) & (t <= newest)])

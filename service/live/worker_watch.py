@@ -17,7 +17,7 @@ _CURE = (
 
 
 class WorkerWatch:
-    """Of one learner. `begin`, `end` and `fail` are called by the thread that learns, `notices` by any.
+    """The worker of one learner. `begin`, `end` and `fail` are called by the thread that learns, `notices` by any.
 
     Args:
         clock: a monotonic clock [s].

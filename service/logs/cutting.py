@@ -109,7 +109,7 @@ class Cut:
         return low, high
 
     def in_stamps(self, span: Span) -> Cut:
-        """The same cut of a log that spans this, by its stamps: it holds for each part of the log."""
+        """The cut by the stamps of a log that spans this: it holds for each part of the log."""
         low, high = self.ends(span)
         begin, end = (
             None if end is None else replace(end, seconds=stamp, of_day=False)

@@ -17,7 +17,7 @@ def aliases(topics: Sequence[Topic]) -> dict[str, Topic]:
 
 
 def with_log_names(inputs: Inputs, topics: Sequence[Topic]) -> Inputs:
-    """The same mapping with topics and paths as they are in a log.
+    """The mapping with topics and paths as they are in a log.
 
     Args:
         topics: of the vehicle that is taken.

@@ -34,7 +34,7 @@ log = logging.getLogger(__name__)
 WRITE_PERIOD_S = 0.5
 """How often what waits is written [s]."""
 CHUNK_BYTES = 65_536
-"""Of this size [bytes] parts are compressed and written: a kill -9 loses what is in the last one."""
+"""Size of the parts that are compressed and written [bytes]: a kill -9 loses the last one."""
 QUEUE_BYTES = 8_000_000
 """What waits to be written at most [bytes]; beyond, what comes is not archived, and counted."""
 MESSAGE_BYTES = 300

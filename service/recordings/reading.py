@@ -79,7 +79,7 @@ class Reading:
 
     @property
     def whole(self) -> Reading:
-        """The same without a cut, for what is to be validated on."""
+        """The reading without a cut, for recordings that are validated on."""
         return replace(self, cut=WHOLE_LOG)
 
     def of_all(self, paths: Sequence[Path]) -> list[Recording]:

@@ -90,7 +90,7 @@ def now() -> datetime:
 
 
 def validities(config: zenoh.Config) -> tuple[Validity, ...]:
-    """Of all certificates that a Zenoh configuration names; one that cannot be read is left to who opens it."""
+    """The validity of all certificates that a Zenoh configuration names; an unreadable one is left to who opens it."""
     return tuple(_validities(tls_section(config)))
 
 

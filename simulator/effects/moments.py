@@ -22,7 +22,7 @@ def bias_torque(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
 
 
 def bias_drift(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
-    """The same constant grows slowly from nothing, evenly in time."""
+    """A constant moment grows slowly from nothing, evenly in time."""
     end = here.sign() * here.size * here.scale.torque * here.random.uniform(0.09, 0.13)
     slope = end / float(here.time[-1])
     table = (slope * here.time).tolist()

@@ -28,7 +28,7 @@ LIMIT = 10.0 / 18.0
 DRAG_GROWTH = 0.35
 """At mid-mission, or evenly until the end."""
 INERTIA_LOSS = 0.20
-"""By which the declared inertia is too large."""
+"""Share by which the declared inertia is too large."""
 
 Hiding = Callable[[Physics, Vehicle, Circumstances], tuple[Physics, Truth]]
 

@@ -29,15 +29,15 @@ KINDS = tuple(PLANS)
 GYRO_NOISE = 0.002
 """Deviation of a gyro's white noise [rad/s]."""
 COMPASS_NOISE = 0.003
-"""The same of the compass [rad]."""
+"""Deviation of the compass's white noise [rad]."""
 WATER = (0.1 / 18.0, 0.5 / 18.0)
 """The water's moment: its deviation in full torques, from calm to rough."""
 WATER_TIME = (0.5, 4.0)
-"""Its correlation time [s]."""
+"""Correlation time of the water's moment [s]."""
 STILL_RATE = (0.006, 0.014)
-"""At the rate of so many rad/s the water turns a vehicle that holds its station."""
+"""Rates at which the water turns a vehicle that holds its station [rad/s]."""
 DECK_RATE = (0.02, 0.08)
-"""The same of a ship's deck."""
+"""Rates at which a ship's deck turns a vehicle [rad/s]."""
 RATES = 20
 """In how many rates the range that the commands drive is judged."""
 DWELL = 1.0

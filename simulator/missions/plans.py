@@ -18,7 +18,7 @@ from simulator.effects.physics import Array
 from simulator.missions.vehicles import Vehicle
 
 DAMPING_RATIO = 0.9
-"""Of a well-tuned heading control."""
+"""Damping ratio of a well-tuned heading control."""
 STICK = 0.05
 """Step of a pilot's stick, in full torques."""
 

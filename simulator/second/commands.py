@@ -19,9 +19,9 @@ Program = Callable[[Array, float, np.random.Generator], Array]
 """(stamps of the ticks [s], the vehicle's time scale [s], chance) -> parts of the full torque at the ticks."""
 
 PERIODS = (0.04, 0.05, 0.08, 0.1, 0.2)
-"""Of the pilots' computers [s]: 25 to 5 Hz, whole parts of the integration's step."""
+"""Periods of the pilots' computers [s]: 25 to 5 Hz, whole parts of the integration's step."""
 MAX_PERIOD_SHARE = 0.25
-"""Of the vehicle's time scale: a slower computer could not hold it."""
+"""Longest period of a computer, in the vehicle's time scale: a slower one could not hold the vehicle."""
 THRUSTER_STEPS = (0, 0, 12, 24, 60)
 """Steps from none to full of the thrusters' command; 0 where the command is as exact as its number."""
 

@@ -17,7 +17,7 @@ Curve = Callable[[float], float]
 Parameters = dict[str, float | str]
 
 STEP = 0.01
-"""Of integration [s]: a fortieth of the fastest vehicle's time scale, and a whole part of each controller's period."""
+"""Step of the integration [s]: a fortieth of the fastest vehicle's time scale; controllers' periods are multiples."""
 
 Stage = Callable[[float], float]
 """One piece of the way from command to thrust. Called once a step, in order, it may remember: moment -> moment."""

@@ -9,7 +9,7 @@ import numpy as np
 from simulator.second.plant import STEP, Array
 
 JITTER = 0.08
-"""Of a clock's period: the most by which a stamp is early or late."""
+"""Most by which a stamp is early or late, in a clock's period."""
 SPIKES = 0.001
 """Share of the samples of a measured torque that are spikes."""
 

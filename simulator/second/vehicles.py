@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from simulator.second.plant import Curve
 
 DRAG_AT_FULL_RATE = 0.9
-"""Of the full torque, so that full torque just reaches the full rate."""
+"""Drag at the full rate, in the full torque, so that full torque just reaches the full rate."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ from tests.service.conftest import PATIENCE, configured, cut
 
 KEYS = Keys("leng/yaw")
 VALUES = 7500
-"""Of both streams in 100 s."""
+"""Values of both streams in 100 s."""
 
 
 @contextmanager

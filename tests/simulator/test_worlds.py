@@ -24,7 +24,7 @@ from tests.simulator.textbook import Ride, moment
 
 LENG = SCALES["leng"]
 SLOPE = LENG.torque / LENG.rate
-"""Of a drag that is linear [N m s/rad]: with it both forms of water that turns along are one."""
+"""Slope of a linear drag [N m s/rad]: with it both forms of water that turns along are one."""
 BY_CHANNEL = ("coupling:sway", "modulation:voltage")
 OF_TRIALS = (*EFFECTS, *BY_CHANNEL, "coupling:winch_load", "modulation:depth")
 OF_SECOND = (*second.EFFECTS, *BY_CHANNEL, "modulation:depth")

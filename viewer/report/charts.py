@@ -33,13 +33,13 @@ HINTS = {
 OF_CHANNEL = "A slope: the channel makes a moment of its own. Wider shading to one side: it scales thrust or damping."
 """How the residual over any other channel is read."""
 MIN_VISIBLE_SHARE = 0.3
-"""Of a residual's deviation: less is hidden within the shaded half of its samples."""
+"""Smallest line that is drawn, in a residual's deviation: less is hidden by the shaded half of the samples."""
 DRAWN_PIECES = 4
-"""Of the free runs that are drawn, the longest."""
+"""Free runs that are drawn, the longest ones."""
 DRAWN_TIME_SCALES = 30.0
 """Time scales of the motion of each that are drawn: as much as an eye can follow."""
 SAME_MOTION_SHARE = 0.02
-"""Of the measured rates' reach, within which two pieces show the same motion."""
+"""Distance within which two pieces show the same motion, in the measured rates' reach."""
 
 
 def told_apart(depends: Mapping[str, Array], before: Array, after: Array) -> tuple[dict[str, Array], tuple[str, ...]]:

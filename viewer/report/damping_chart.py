@@ -43,7 +43,7 @@ def damping_chart(curves: Sequence[Curve], rate: Array, damping: Array, axis: Ax
 
 
 def draw_damping(figure: Figure, curves: Sequence[Curve], rate: Array, damping: Array, axis: Axis = YAW) -> None:
-    """The same on a figure."""
+    """Draws the damping on a figure."""
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(5, 1))
     dots(above, rate, damping, color="#5b6773", markersize=2.5, alpha=0.45, label="samples", zorder=3)
     centre, low, _, high = binned(rate, damping, edges(rate), BAND_SHARE)

@@ -14,7 +14,7 @@ BLOCK_TIME_SCALES = 4.0
 """Time scales of the motion in a block of the bootstrap: well above the residual's correlation time."""
 
 BOOTSTRAP_DRAWS = 1000
-"""Of the bootstrap."""
+"""Draws of the bootstrap."""
 
 
 class Derivative(NamedTuple):

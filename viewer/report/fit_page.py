@@ -22,7 +22,7 @@ from viewer.report.figures import between, capital, number, rendered
 DRAWN_PIECES = 4
 """Free runs that are drawn, the longest."""
 DRAWN_SECONDS = 30.0
-"""Of each free run that is drawn, at most [s]."""
+"""Longest part of each free run that is drawn [s]."""
 NORMAL_95 = 1.96
 UNITS = {"N_r": "N m s/rad", "N_r|r|": "N m s²/rad²"}
 

@@ -49,7 +49,7 @@ class Drag:
 
     @staticmethod
     def of(own: str, others: Sequence[str]) -> Drag:
-        """Of an axis whose own velocity has this name, over it and the others."""
+        """The drag of an axis whose own velocity has this name, over it and the others."""
         lateral = [name in LATERAL or name == BODY_YAW_RATE for name in (own, *others)]
         alike = [i for i, side in enumerate(lateral) if side == lateral[0]]
         pairs = combinations_with_replacement(range(len(lateral)), 2)

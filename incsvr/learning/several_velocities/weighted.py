@@ -125,7 +125,7 @@ def learn(
 
 
 def radius_of(capacity: int, d: int) -> float:
-    """Within which a sample joins a vector, in fastest velocities: JOINING_RADIUS mean distances of `capacity`
+    """Distance within which a sample joins a vector, in fastest velocities: JOINING_RADIUS mean distances of `capacity`
     vectors that fill a cube from −1 to 1 of d dimensions."""
     return float(JOINING_RADIUS * 2.0 * capacity ** (-1.0 / d))
 

@@ -75,7 +75,7 @@ class Proposal:
         return (*self.notes, *(sentence for each in self.reasons.values() for sentence in each))
 
     def with_inputs(self, inputs: Inputs) -> Proposal:
-        """The same where somebody says of some inputs where they stand."""
+        """The proposal with some inputs as somebody named them."""
         told = {name for name in ("yaw_rate", "torque", "thrusters") if getattr(inputs, name) is not None}
         over = {name: getattr(inputs, name) for name in told}
         if told & {"torque", "thrusters"}:
@@ -131,7 +131,7 @@ def propose(observed: Observation, preset: Preset | None = None) -> Proposal:
 
 
 def instances(names: Iterable[str], name: str) -> list[str]:
-    """Those of the names that are an instance of a message, the lowest number first."""
+    """The names that are an instance of a message, the lowest number first."""
     return in_order(each for each in names if base(each) == name)
 
 

@@ -12,7 +12,7 @@ from tests.service.inputs.conftest import Board
 from tests.service.logs.dive import EPOCH, dive
 
 ARM, CURVE = 0.3, 0.004
-"""Of each propeller: moment by thrust [m], and thrust by its speed squared [N s²/rad²]."""
+"""Moment of each propeller by its thrust [m], and thrust by its speed squared [N s²/rad²]."""
 SWIM = dive(90.0, 10.0)
 THRUSTERS = {
     "form": "keelson",

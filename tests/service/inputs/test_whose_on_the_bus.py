@@ -1,4 +1,4 @@
-"""Of whom a message on a bus is, message by message: as in a log, and what a restart keeps of it."""
+"""The vehicle that a message on a bus belongs to, message by message, and what a restart keeps of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Of whom a message of a log is, and since when a parameter counts: instances, vehicles, kinds, arming."""
+"""The vehicle that a message of a log belongs to, and since when a parameter counts."""
 
 from __future__ import annotations
 
