@@ -1,4 +1,4 @@
-"""Plays no further while the learner traces, so that what it finds hardly depends on the speed of the machine.
+"""Plays no further while the learner traces, so that what it finds does not depend on the speed of the machine.
 
 A learner traces beside its learning. While it does, a player that goes on brings data that a slower machine has not
 seen yet when the next trace begins. A patient player sends a few seconds of the vehicle's time and waits until the

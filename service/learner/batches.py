@@ -123,16 +123,19 @@ class Batches:
             self._waiting_count -= size
         return joined.take(slice(0, size))
 
-    def recent(self) -> dict[str, tuple[Array, Array]]:
-        """The raw data of the window, name → (stamps [s], values); nothing without one."""
+    def recent(self, until: float | None = None) -> dict[str, tuple[Array, Array]]:
+        """The raw data of the window that ends at `until` [s], None for the newest stamp: name → (stamps [s], values);
+        nothing without a window."""
         with self._lock:
-            return {} if self._window is None else self._window.streams()
+            return {} if self._window is None else self._window.streams(until)
 
-    def window_end(self) -> float | None:
-        """The newest stamp of the window [s], where it is full."""
+    def window_end(self, until: float | None = None) -> float | None:
+        """The end of the window [s], where it is full: `until`, or the newest stamp where that is earlier or None."""
         with self._lock:
-            whole = self._window is not None and self._window.full and not self.clocks_apart
-            return self._window.newest if self._window is not None and whole else None
+            if self._window is None or self.clocks_apart:
+                return None
+            end = self._window.newest if until is None else min(until, self._window.newest)
+            return end if self._window.is_full(end) else None
 
     def samples_under(self, compensation: Compensation | None, until: float, since: float = -math.inf) -> Samples:
         """The window's samples from `since` to `until` [s], as they are with these effects; nothing changes."""

@@ -96,6 +96,11 @@ class LearnerNode:
         learned = known.guarded.learner
         self.served = ServedModel(learned.model, known.revision, learned.iterations, known.t, findings)
 
+    @property
+    def judged_until(self) -> float | None:
+        """The last stamp of the last batch, learned or put aside [s]; None before one since the start."""
+        return self._judged_until
+
     def validate_on(self, validation: Mapping[str, Samples]) -> None:
         """From now on the served model's error is measured on these samples, by name, after each iteration."""
         self._validation = dict(validation)

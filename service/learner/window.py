@@ -11,7 +11,11 @@ from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.clocks import empty_streams
 from incsvr.signals.streams import MAX_WAITING_VALUES
 
-_FORGETTING_SLACK = 1.05  # forgetting moves all that is kept, so it is done once for many values
+FULL_SHARE = 0.95
+"""Share of its length from which the window counts as full: the first seconds of streams rarely begin together."""
+KEPT_SHARE, FORGETTING_SHARE = 1.15, 1.2
+"""Data that are kept, in the window's length, so that a window which ended a batch earlier can still be asked for; and
+the length at which older data are forgotten, many at once, because forgetting moves all that is kept."""
 
 
 class Window:
@@ -34,23 +38,27 @@ class Window:
         if stream is None:
             return
         stream.push_many(time, value)
-        if stream.newest - stream.first > _FORGETTING_SLACK * self._length:
-            stream.forget(stream.newest - self._length)
+        if stream.newest - stream.first > FORGETTING_SHARE * self._length:
+            stream.forget(stream.newest - KEPT_SHARE * self._length)
 
     @property
     def newest(self) -> float:
         """The stamp until which yaw rate and torque have come [s]; −∞ before they have."""
         return min(self._streams[name].newest for name in REQUIRED)
 
-    @property
-    def full(self) -> bool:
-        """Whether yaw rate and torque reach back over the whole length, or hold as many values as are kept."""
-        reach = [self.newest - self._streams[name].first for name in REQUIRED]
+    def is_full(self, until: float) -> bool:
+        """Whether yaw rate and torque reach back over the whole length before the time `until` [s], or hold as many
+        values as are kept."""
+        reach = [until - self._streams[name].first for name in REQUIRED]
         held = max(len(self._streams[name]) for name in REQUIRED)
-        return min(reach) >= self._length / _FORGETTING_SLACK or held >= MAX_WAITING_VALUES * 3 // 4
+        return min(reach) >= FULL_SHARE * self._length or held >= MAX_WAITING_VALUES * 3 // 4
 
-    def streams(self) -> dict[str, tuple[Array, Array]]:
-        """Name → (stamps [s], values) of every stream that came, as copies, none older than the window."""
-        oldest = self.newest - self._length
+    def streams(self, until: float | None = None) -> dict[str, tuple[Array, Array]]:
+        """Name → (stamps [s], values) of every stream that came, as copies.
+
+        Args:
+            until: end of the window [s], before which none is older than its length; None for the newest stamp.
+        """
+        oldest = (self.newest if until is None else until) - self._length
         held = {name: stream.arrays() for name, stream in self._streams.items()}
         return {name: (t[t >= oldest], value[t >= oldest]) for name, (t, value) in held.items() if t.size}

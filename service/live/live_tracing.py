@@ -80,7 +80,8 @@ class LiveTracing:
         Returns:
             whether the ledger says more than before.
         """
-        newest = node.batches.window_end()
+        # A trace sees the data until the batch's end, however much came since: so the data decide it, not the machine.
+        newest = node.batches.window_end(node.judged_until)
         if self._child is not None or newest is None:
             return False
         self.state = self.state.after_clock_restart(newest)
@@ -88,7 +89,7 @@ class LiveTracing:
         work = before.due(newest, settings.window, settings.proof)
         if work is None:
             return False
-        recent = worker.recent_streams(node.batches.recent(), settings, before, work, newest)
+        recent = worker.recent_streams(node.batches.recent(newest), settings, before, work, newest)
         self._work = (work, newest)
         try:
             self._child = self._begin(worker.job(self._config, before, work, newest), recent)

@@ -24,22 +24,38 @@ def turning(last: float, step: float = 0.02) -> tuple[Array, Array]:
 def test_it_holds_its_length_and_no_more_whatever_comes() -> None:
     window = Window(SETTINGS, 60.0)
     time, value = turning(600.0)
-    assert Window(SETTINGS, 60.0).full is False
+    empty = Window(SETTINGS, 60.0)
+    assert empty.is_full(empty.newest) is False
     for start in range(0, time.size, 250):
         part = slice(start, start + 250)
         for name in ("yaw_rate", "torque", "depth", "nobody configured it"):
             window.push(name, time[part], value[part])
         assert all(t.size <= 3001 for t, _ in window.streams().values())
     assert set(window.streams()) == {"yaw_rate", "torque", "depth"}
-    assert window.full
+    assert window.is_full(window.newest)
     assert window.newest == time[-1]
+
+
+@pytest.mark.parametrize("more", [0.0, 4.0, 8.0])
+def test_a_window_that_ended_earlier_is_the_same_however_much_came_since(more: float) -> None:
+    """A trace begins some time after its batch: until then a faster player brings more."""
+    window = Window(SETTINGS, 60.0)
+    time, value = turning(300.0)
+    part = time <= 200.0 + more
+    for start in range(0, int(part.sum()), 50):
+        for name in ("yaw_rate", "torque"):
+            window.push(name, time[part][start : start + 50], value[part][start : start + 50])
+    stamps, _ = window.streams(200.0)["yaw_rate"]
+    inside = stamps[stamps <= 200.0]
+    assert window.is_full(200.0)
+    np.testing.assert_array_equal(inside, time[(time >= 140.0) & (time <= 200.0)])
 
 
 def test_streams_that_are_too_quick_for_its_length_are_bounded_in_number() -> None:
     window = Window(SETTINGS, 900.0)
     for name in ("yaw_rate", "torque"):
         window.push(name, *turning(300.0, 0.001))
-    assert window.full
+    assert window.is_full(window.newest)
     assert all(t.size <= MAX_WAITING_VALUES for t, _ in window.streams().values())
 
 
