@@ -62,7 +62,7 @@ class Effect(ABC):
 
     name: str
     variant: str = ""
-    sentence: ClassVar[str]
+    sentence: str
     source: ClassVar[str]
     acts: Literal["outside", "motion", "damping", "thrust", "inertia"]
     stage: ClassVar[int] = 0

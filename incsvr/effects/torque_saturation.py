@@ -29,11 +29,18 @@ TABLE_CELL_COUNT = 1000
 """Cells of that table."""
 
 
+SENTENCE_OF_VARIANT = {
+    "limit": "the thrust saturates: it does not follow the command beyond a limit",
+    "rounded corner": "the thrust saturates: it bends into a limit that it never exceeds",
+    "smooth limit": "the thrust saturates gradually as L tanh(τ/L): a quarter is lost at τ = L, and L is never reached",
+}
+"""The limit L of each variant means another thrust, so each variant says which."""
+
+
 class Saturation(Effect):
     """a = τ clipped at ±L, the same with its corner rounded over a part of L, or L tanh(τ/L)."""
 
     name = "torque_saturation"
-    sentence = "the thrust saturates: it does not follow the command beyond a limit"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 12 (saturation)"
     acts = "thrust"
     stage = 2
@@ -43,6 +50,7 @@ class Saturation(Effect):
 
     def __init__(self, variant: Literal["limit", "rounded corner", "smooth limit"]) -> None:
         self.variant = variant
+        self.sentence = SENTENCE_OF_VARIANT[variant]
         self.shapes = ROUND_WIDTH_RANGE if variant == "rounded corner" else None
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
