@@ -82,6 +82,17 @@ class Continuation:
         variance = a * slower * slower + 2.0 * b * slower * faster + c * faster * faster
         return value, np.sqrt(doubt * doubt + np.maximum(variance, 0.0))
 
+    def derivative(self, rate: Array) -> Array:
+        """(n,) derivative of the damping at rates outside (n,) [N m s/rad]."""
+        upper = rate > self.ends[1]
+        end = np.where(upper, self.ends[1], self.ends[0])
+        damping = np.where(upper, self.damping[1], self.damping[0])
+        linear, quadratic = self.coefficients.tolist()
+        slope = linear + 2.0 * quadratic * np.abs(rate)
+        at_end = linear * end + quadratic * end * np.abs(end)
+        share = np.divide(damping, at_end, out=np.zeros(rate.size), where=at_end != 0.0)
+        return np.asarray(np.where((rate * end >= 0.0) & (np.abs(rate) < np.abs(end)), share * slope, slope))
+
 
 def _terms(rate: Array) -> Array:
     """(n, 2) r and r|r|."""

@@ -49,3 +49,10 @@ def rbf_at_rest(x: Array, z: Array, gamma: float) -> Array:
     """
     rest = np.zeros_like(x[:1], shape=(1, *x.shape[1:]))
     return np.asarray(rbf(x, z, gamma) - rbf(x, rest, gamma) * rbf(rest, z, gamma))
+
+
+def rbf_at_rest_slope(x: Array, z: Array, gamma: float) -> Array:
+    """(n, m) derivative of `rbf_at_rest` with respect to the first coordinate of x, with its arguments."""
+    rest = np.zeros_like(x[:1])
+    near = np.subtract.outer(x[:, 0], z[:, 0]) * rbf(x, z, gamma)
+    return np.asarray(-2.0 * gamma * (near - x[:, :1] * rbf(x, rest, gamma) * rbf(rest, z, gamma)))

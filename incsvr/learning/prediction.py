@@ -48,12 +48,14 @@ class Prediction:
             the curve itself, which grows where the data are thin.
         extrapolated: (n,) whether the rate lies where nothing was learned.
         noise: (n,) of a sample there [N m].
+        derivative: (n,) ∂f/∂r, with respect to the axis's own velocity [N m s/rad].
     """
 
     damping: Array
     sigma: Array
     extrapolated: NDArray[np.bool_]
     noise: Array
+    derivative: Array
 
     @property
     def curve_sigma(self) -> Array:
@@ -145,14 +147,16 @@ class Table:
         u = place - cell
         f, slope, bend, twist, sigma, increase, noise, louder = self.rows.take(cell, axis=1)
         damping = ((twist * u + bend) * u + slope) * u + f
+        derivative = ((3.0 * twist * u + 2.0 * bend) * u + slope) * self.scale
         sigma, noise = increase * u + sigma, louder * u + noise
         if beyond:
             damping[outside], doubt = self.beyond.predict(rate[outside])
+            derivative[outside] = self.beyond.derivative(rate[outside])
             noise[outside] = NOISE_SHARE * self.noise * self.spread.at(rate[outside])
             sigma[outside] = np.hypot(noise[outside], doubt)
         if self.thin is not None:
             outside |= self.thin[cell]
-        return Prediction(damping, sigma, outside, noise)
+        return Prediction(damping, sigma, outside, noise, derivative)
 
     def _at(self, rate: float) -> Prediction:
         """At one learned rate [rad/s], to the last bit as above: a question for one is the most frequent, and the calls
@@ -162,9 +166,11 @@ class Table:
         u = place - cell
         f, slope, bend, twist, sigma, increase, noise, louder = self.rows[:, cell].tolist()
         damping = ((twist * u + bend) * u + slope) * u + f
+        derivative = ((3.0 * twist * u + 2.0 * bend) * u + slope) * self.scale
         outside = self.thin is not None and bool(self.thin[cell])
         sigma, noise = increase * u + sigma, louder * u + noise
-        return Prediction(np.array((damping,)), np.array((sigma,)), np.array((outside,)), np.array((noise,)))
+        values = (np.array((value,)) for value in (damping, sigma, outside, noise, derivative))
+        return Prediction(*values)
 
 
 def _doubt(support: SupportSet, nodes: Array, kernel: Array) -> Array:

@@ -38,6 +38,8 @@ def run(args: argparse.Namespace) -> int:
 
 HEADS = (("yaw rate [rad/s]", 16), ("damping [N m]", 13), ("± sigma [N m]", 13))
 """Heads of the columns, and their least widths in characters."""
+DERIVATIVE_HEAD = ("derivative [N m s/rad]", 22)
+"""The same of the damping's derivative, where the learner gives it."""
 
 
 def velocities(words: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dict[str, list[float]]]:
@@ -109,12 +111,16 @@ def table(reply: DampingReply, axis: Axis = YAW) -> str:
     """The answer for people."""
     heads = [(in_words_of(axis, head), width) for head, width in HEADS]
     heads[1:1] = [(name, 10) for name in reply.others]
+    if reply.derivative:
+        heads.append((in_words_of(axis, DERIVATIVE_HEAD[0]), DERIVATIVE_HEAD[1]))
     lines = ["   ".join(f"{head:>{width}s}" for head, width in heads)]
-    for rate, *others, damping, sigma, extrapolated in zip(
-        reply.rate, *reply.others.values(), reply.damping, reply.sigma, reply.extrapolated, strict=True
+    velocities_asked = zip(reply.rate, *reply.others.values(), strict=True)
+    moments = [each for each in (reply.damping, reply.sigma, reply.derivative) if each]
+    for velocity, answer, extrapolated in zip(
+        velocities_asked, zip(*moments, strict=True), reply.extrapolated, strict=True
     ):
         note = "   extrapolated" if extrapolated else ""
-        velocity = (f"{rate:.4f}", *(f"{other:.4f}" for other in others))
-        cells = zip((*velocity, f"{damping:.2f}", f"{sigma:.2f}"), heads, strict=True)
+        texts = (*(f"{each:.4f}" for each in velocity), *(f"{each:.2f}" for each in answer))
+        cells = zip(texts, heads, strict=True)
         lines.append("   ".join(f"{cell:>{max(width, len(head))}s}" for cell, (head, width) in cells) + note)
     return "\n".join([*lines, f"iteration {reply.iteration}, revision {reply.revision}"])

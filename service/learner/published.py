@@ -122,6 +122,7 @@ def damping_reply(model: Model, asked: DampingQuery, iteration: int, revision: i
         damping=tuple(prediction.damping.tolist()),
         sigma=tuple(prediction.sigma.tolist()),
         extrapolated=tuple(prediction.extrapolated.tolist()),
+        derivative=tuple(prediction.derivative.tolist()),
         iteration=iteration,
         revision=revision,
     )

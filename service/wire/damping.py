@@ -19,6 +19,7 @@ class DampingReply(Form):
     extrapolated: tuple[bool, ...]
     iteration: int
     revision: int
+    derivative: Numbers = ()  # N m s/rad, of the damping by the axis's own velocity; none of an older learner
     others: dict[str, Numbers] = Field(default={}, exclude_if=operator.not_)  # the further velocities, as asked
 
 

@@ -49,11 +49,26 @@ def test_one_rate_and_many_give_the_same(learned: Model) -> None:
     many = learned.predict(rates)
     for k, rate in enumerate(rates.tolist()):
         one = learned.predict(rate)
-        assert (one.damping[0], one.sigma[0], one.extrapolated[0]) == (
+        assert (one.damping[0], one.sigma[0], one.extrapolated[0], one.derivative[0]) == (
             many.damping[k],
             many.sigma[k],
             many.extrapolated[k],
+            many.derivative[k],
         )
+
+
+@pytest.mark.parametrize("low", [-0.25, 0.05])
+def test_the_derivative_is_that_of_the_curve_inside_and_outside(low: float) -> None:
+    rate = np.linspace(low, 0.25, 40)
+    model = model_of(rate, drag(rate), gamma=30.0)
+    at = np.linspace(-0.6, 0.6, 242)  # not at rest, where a curve that never came there may have an edge
+    step = 1e-6
+    by_differences = (model.predict(at + step).damping - model.predict(at - step).damping) / (2.0 * step)
+    np.testing.assert_allclose(model.predict(at).derivative, by_differences, rtol=1e-4, atol=1e-2)
+    inside = at[(at > low) & (at < 0.25)]
+    apart = np.subtract.outer(inside, rate)
+    analytic = (-2.0 * 30.0 * apart * np.exp(-30.0 * apart**2)) @ model.weight
+    np.testing.assert_allclose(model.predict(inside).derivative, analytic, atol=1e-3)
 
 
 def test_fresh_samples_scatter_as_sigma_says() -> None:

@@ -19,6 +19,7 @@ from incsvr.learning.several_velocities.density import forgetting
 from incsvr.learning.several_velocities.drag import Drag, fitted
 from incsvr.learning.several_velocities.freeing import by_itself
 from incsvr.learning.several_velocities.paper import near_distances
+from incsvr.learning.several_velocities.surface import Several
 from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
@@ -89,6 +90,19 @@ def test_the_whole_matrix_and_its_factor_have_the_same_solution(
     apart = np.abs(whole.fitted - factored.fitted).max()
     assert apart <= whole.certified_error + factored.certified_error < 1e-2
     assert factored.iterations > 0
+
+
+@pytest.mark.parametrize(("own", "others"), [("yaw_rate", OTHERS), ("sway", ("surge", "body_yaw_rate")),
+                                             ("surge", ("sway", "body_yaw_rate"))])  # fmt: skip
+def test_the_derivative_by_the_own_velocity_is_that_of_drag_and_kernels(own: str, others: tuple[str, ...]) -> None:
+    rng = np.random.default_rng(11)
+    fastest = np.array([0.3, 1.5, 0.8])
+    drag = rng.normal(size=Drag.of(own, others).damps.size) * 20.0
+    model = Several(own, others, fastest * rng.uniform(-1.0, 1.0, (30, 3)), fastest, drag)
+    at, weight = 2.0 * fastest * rng.uniform(-1.0, 1.0, (50, 3)), 30.0 * rng.normal(size=30)
+    step = np.array([1e-6, 0.0, 0.0])
+    rise = model.value(at + step, 10.0, weight) - model.value(at - step, 10.0, weight)
+    np.testing.assert_allclose(model.derivative(at, 10.0, weight), rise / 2e-6, rtol=1e-5, atol=1e-3)
 
 
 @pytest.mark.parametrize(("own", "others"), [("yaw_rate", OTHERS), ("sway", ("surge", "body_yaw_rate")),

@@ -67,6 +67,15 @@ class Drag:
         columns += [u[:, i] * u[:, j] for i, j in self.products]
         return np.stack(columns, axis=1)
 
+    def slopes(self, u: Array) -> Array:
+        """(n, p) derivatives of the terms with respect to the own scaled velocity."""
+        own, sign, none = u[:, 0], np.sign(u[:, 0]), np.zeros(u.shape[0])
+        columns = [none + float(i == 0) for i in self.linear]
+        columns += [2.0 * np.abs(own) if i == 0 else none for i in self.linear]
+        columns += [np.abs(u[:, j]) if i == 0 else u[:, i] * sign if j == 0 else none for i, j in self.crossed]
+        columns += [u[:, j] if i == 0 else none for i, j in self.products]
+        return np.stack(columns, axis=1)
+
     @property
     def damps(self) -> Array:
         """(p,) 1 for the terms that damp the own velocity whatever the others do, ν₁, ν₁|ν₁| and ν₁|νⱼ|; 0 else."""

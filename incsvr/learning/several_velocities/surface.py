@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.learning.kernel import rbf_at_rest
+from incsvr.learning.kernel import rbf_at_rest, rbf_at_rest_slope
 from incsvr.learning.prediction import NOISE_SHARE, SYSTEMATIC_NOISES, WATER_FACTOR, Prediction
 from incsvr.learning.several_velocities.drag import Drag
 from incsvr.learning.several_velocities.velocities import distances, points
@@ -103,6 +103,12 @@ class Several:
         """(n,) damping at (n, d) velocities [N m]: the drag, and the sum of kernels that has the rest."""
         u, z = self.scaled(self.within(velocity))
         return np.asarray(self.terms(u) @ self.drag + rbf_at_rest(z, self._vectors, gamma) @ weight)
+
+    def derivative(self, velocity: Array, gamma: float, weight: Array) -> Array:
+        """(n,) ∂d/∂ν₁ of `value` with respect to the own velocity, at (n, d) velocities [N m s/rad]."""
+        u, z = self.scaled(self.within(velocity))
+        kernels = rbf_at_rest_slope(z, self._vectors, gamma) @ weight
+        return np.asarray(self._form.slopes(u) @ self.drag / self.fastest[0] + kernels)
 
     def possible(self, rate: Array) -> bool:
         """Whether every number is one that learning can have led to, beside vectors of these own velocities (m,)."""
@@ -197,7 +203,8 @@ class Surface:
         )
         noise = NOISE_SHARE * support.sigma * support.spread.at(own)
         sigma = np.hypot(noise, support.widening * own_doubt)
-        return Prediction(damping, np.asarray(sigma), self._outside(velocity), np.asarray(noise))
+        derivative = self.several.derivative(velocity, support.gamma, support.weight)
+        return Prediction(damping, np.asarray(sigma), self._outside(velocity), np.asarray(noise), derivative)
 
     def _outside(self, velocity: Array) -> NDArray[np.bool_]:
         """(n,) whether (n, d) velocities lie outside the cloud that was driven."""

@@ -93,6 +93,9 @@ def test_the_screen_is_in_the_words_and_units_of_the_axis(health: wire.Health) -
     head, row, _ = table(reply, AXES["heave"]).splitlines()
     assert head.split() == ["heave", "velocity", "[m/s]", "damping", "[N]", "±", "sigma", "[N]"]
     assert len(row) == len(head)
+    head, row, _ = table(reply.model_copy(update={"derivative": (3.5,)}), AXES["heave"]).splitlines()
+    assert head.endswith("derivative [N s/m]")
+    assert row.split() == ["0.1000", "2.00", "0.30", "3.50"]
 
 
 def test_an_iteration_is_one_line() -> None:
