@@ -15,9 +15,11 @@ from service.commands.arguments import add_client_arguments
 from service.config.configuration import Config
 from service.config.sources import from_arguments
 from service.config.vehicle_file import read_vehicle
-from service.export import python_vehicle_simulator, simulators
+from service.export import python_vehicle_simulator, simulators, vehicle_simulators
 from service.export.damping_model import DampingModel, of_file, of_snapshot
+from service.export.rigid_body import parted
 from service.export.table import as_csv, as_json
+from service.export.vehicle_class import class_module
 from service.export.whole_vehicle import python_module
 from service.state.state_file import StateDamage, StateFile
 from service.wire import ModelSnapshot, decode
@@ -40,9 +42,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--format", choices=FORMATS, default="json", help="whose form (default json)")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write it there instead of standard output")
     parser.add_argument("--link", default="base_link", metavar="NAME", help="the vehicle's link in Gazebo (base_link)")
+    parser.add_argument("--dry-mass", type=float, metavar="M", help="of the body alone, for a vehicle file [kg]")
     parser.add_argument("--dry-inertia", type=float, metavar="I", help="of the body alone about yaw [kg m²]")
     parser.add_argument(
-        "--inertia-xy", nargs=2, type=float, metavar=("IX", "IY"), help="about roll and pitch, for Stonefish [kg m²]"
+        "--inertia-xy", nargs=2, type=float, metavar=("IX", "IY"), help="of the body alone about roll and pitch [kg m²]"
+    )
+    parser.add_argument(
+        "--port-and-up", action="store_true", help="the vehicle file counts to port and up, as ROS does (SNAME: down)"
     )
     add_client_arguments(parser, whom=" a running learner")
 
@@ -57,7 +63,10 @@ def run(args: argparse.Namespace) -> int:
             "json, whose N_r, N_r|r| and inertia are then those of that axis"
         )
     if args.source is not None and args.source.suffix in VEHICLE_SUFFIXES:
-        return _written(args, _of_vehicle(args), f"the vehicle file {args.source}")
+        text, remarks = _of_vehicle(args)
+        status = _written(args, text, f"the vehicle file {args.source}")
+        print("\n".join(remarks), end="\n" * bool(remarks), file=sys.stderr)
+        return status
     if args.format == "python":
         raise BadInput("--format python takes a vehicle file; `incsvr identify LOG --write vehicle.yaml` writes one")
     try:
@@ -78,18 +87,35 @@ def _written(args: argparse.Namespace, text: str, source: str) -> int:
     return 0
 
 
-def _of_vehicle(args: argparse.Namespace) -> str:
-    """A vehicle file in the form of a tool.
+def _of_vehicle(args: argparse.Namespace) -> tuple[str, list[str]]:
+    """A vehicle file in the form of a tool, and what is to be known of it.
 
     Raises:
-        BadInput: the file is none, or the tool has no form for a whole vehicle yet.
+        BadInput: the file is none, the tool has no form for a whole vehicle, or an inertia is none.
     """
     vehicle = read_vehicle(args.source)
-    if args.format == "json":
-        return json_text(vehicle.to_dict(), indent=2) + "\n"
-    if args.format == "python":
-        return python_module(vehicle)
-    raise BadInput(f"--format {args.format} has no form for a whole vehicle; take python or json")
+    match args.format:
+        case "csv":
+            raise BadInput("--format csv has no form for a whole vehicle; take json")
+        case "json":
+            return json_text(vehicle.to_dict(), indent=2) + "\n", []
+        case "python":
+            return python_module(vehicle), []
+        case "python-vehicle-simulator":
+            return class_module(vehicle), []
+    given = [args.dry_mass, args.dry_inertia, *(args.inertia_xy or ())]
+    _refuse_no_inertias(*(value for value in given if value is not None))
+    if (args.dry_inertia is None) != (args.inertia_xy is None):
+        raise BadInput("the body's moments of inertia need --dry-inertia and --inertia-xy together, for a vehicle file")
+    moments = None if args.inertia_xy is None else (*args.inertia_xy, args.dry_inertia)
+    body = parted(vehicle, args.dry_mass, moments)
+    match args.format:
+        case "gazebo":
+            return vehicle_simulators.gazebo(vehicle, body, args.link, args.port_and_up)
+        case "uuv":
+            return vehicle_simulators.uuv(vehicle, body, args.link, args.port_and_up)
+        case _:
+            return vehicle_simulators.stonefish(vehicle, body, args.port_and_up)
 
 
 def in_format(
@@ -100,9 +126,7 @@ def in_format(
     Raises:
         BadInput: the tool has no place for it, or an inertia is none.
     """
-    for value in (*(across or ()), *(() if dry is None else (dry,))):
-        if not (math.isfinite(value) and value > 0.0):
-            raise BadInput(f"{value:g} is no moment of inertia; give a positive number in kg m²")
+    _refuse_no_inertias(*(across or ()), *(() if dry is None else (dry,)))
     if format_ == "csv":
         return as_csv(learned)
     if format_ == "json":
@@ -114,6 +138,13 @@ def in_format(
     if format_ == "stonefish":
         return simulators.stonefish(learned, None if across is None else (across[0], across[1]))
     return python_vehicle_simulator.module(learned)
+
+
+def _refuse_no_inertias(*values: float) -> None:
+    """Refuses what is no mass and no moment of inertia."""
+    for value in values:
+        if not (math.isfinite(value) and value > 0.0):
+            raise BadInput(f"{value:g} is no moment of inertia; give a positive number in kg m² (a mass in kg)")
 
 
 def _model(args: argparse.Namespace, config: Config) -> DampingModel:

@@ -13,6 +13,7 @@ from xml.sax.saxutils import escape
 
 from incsvr.errors import BadInput
 from service.export.damping_model import DampingModel
+from service.export.fragment import fragment
 
 YAW = 5
 """The place of yaw among surge, sway, heave, roll, pitch and yaw."""
@@ -39,9 +40,8 @@ def gazebo(model: DampingModel, link: str, dry: float | None) -> str:
         )
         added = [f"  <nDotR>{-water:.6g}</nDotR>"]
     said += _thrust(model, "The Thruster plugin holds")
-    return _fragment(
-        model,
-        said,
+    return fragment(
+        [*model.remark(), *said],
         [
             '<plugin filename="gz-sim-hydrodynamics-system" name="gz::sim::systems::Hydrodynamics">',
             f"  <link_name>{escape(link)}</link_name>",
@@ -70,9 +70,8 @@ def uuv(model: DampingModel, link: str, dry: float | None) -> str:
             f"{lag.estimate:.6g}</timeConstant></dynamics>"
         )
     said += _thrust(model, "The thruster's plugin holds", held=("torque_lag",))
-    return _fragment(
-        model,
-        said,
+    return fragment(
+        [*model.remark(), *said],
         [
             f'<link name="{escape(link, {chr(34): "&quot;"})}">',
             "  <hydrodynamic_model>",
@@ -120,7 +119,7 @@ def stonefish(model: DampingModel, across: tuple[float, float] | None) -> str:
             "</rotor_dynamics>",
         ]
     said += _thrust(model, "<thrust_model> counts in a propeller's speed and holds", held=("torque_lag",))
-    return _fragment(model, said, elements)
+    return fragment([*model.remark(), *said], elements)
 
 
 def _added(model: DampingModel, dry: float) -> float:
@@ -145,9 +144,3 @@ def _yaw(value: float) -> list[float]:
 
 def _list(values: Sequence[float]) -> str:
     return " ".join(f"{value:.6g}" for value in values)
-
-
-def _fragment(model: DampingModel, said: Sequence[str], elements: Sequence[str]) -> str:
-    """Elements to be put into a file, below a comment; two hyphens may not stand in one."""
-    lines = [line.replace("--", "\u2010\u2010") for line in (*model.remark(), *said)]
-    return "\n".join(["<!-- By incsvr export.", *(f"     {line}" for line in lines), "-->", *elements]) + "\n"

@@ -64,11 +64,6 @@ def test_a_file_that_is_no_vehicle_is_refused_in_one_sentence(tmp_path: Path, te
     assert "\n" not in str(refused.value)
 
 
-def test_another_format_for_a_whole_vehicle_is_refused(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["export", str(dives / "vehicle.yaml"), "--format", "gazebo"]) == 2
-    assert "take python or json" in capsys.readouterr().err
-
-
 @pytest.mark.slow
 def test_it_is_a_call_in_python(dives: Path) -> None:
     found = incsvr.identify(dives / "one.csv", validate=dives / "two.csv", name="torpedo")

@@ -1,0 +1,249 @@
+"""A whole vehicle read back as each tool reads it: by its own formulas, signs and names, and simulated by them."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from incsvr.numerics import Array
+from incsvr.plant.mass_and_coriolis import coriolis_matrix
+from incsvr.vehicle import Parameter, Vehicle
+from incsvr.vehicle.terms import Term, own_damping
+from service.cli.command_line import main
+from service.config.vehicle_file import write_vehicle
+from service.export.whole_vehicle import python_module
+from simulator.six_degrees import NAMES
+
+STEP_S, STEPS = 0.05, 120
+PORT_AND_UP = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
+"""From axes to starboard and down into Gazebo's."""
+
+
+def known(value: float, origin: str = "estimated") -> Parameter:
+    return Parameter(value, value, value, origin)
+
+
+def vehicle_with(terms: dict[Term, float], lags: dict[str, float] | None = None) -> Vehicle:
+    """A small ROV whose M couples surge with pitch, sway with roll, and heave with surge."""
+    mass = {(name, name): known(value) for name, value in zip(NAMES, (18.0, 24.0, 28.0, 0.3, 0.4, 0.6), strict=True)}
+    mass |= {("surge", "pitch"): known(0.4), ("sway", "roll"): known(-0.3), ("surge", "heave"): known(1.5)}
+    values = [8.0, 35.0, 12.0, 60.0, 14.0, 75.0, 0.3, 0.5, 0.4, 0.6, 0.5, 0.9]
+    damping = dict(zip(own_damping(NAMES), values, strict=True))
+    parameters = {term: known(value) for term, value in {**damping, **terms}.items()}
+    lagged = {name: known(value) for name, value in (lags or {}).items()}
+    return Vehicle("rov", NAMES, NAMES, mass, parameters, lagged, np.full(6, 0.8))
+
+
+CROSS = {Term("yaw", "cross", ("sway",)): 1.3, Term("heave", "cross", ("pitch_rate",)): -0.7}
+AHEAD = {Term("sway", "product", ("surge", "yaw_rate")): 4.0, Term("heave", "product", ("surge", "pitch_rate")): 2.5}
+OTHERS = {
+    Term("surge", "product", ("sway", "yaw_rate")): -3.0,
+    Term("pitch", "product", ("sway", "roll_rate")): 0.3,
+    Term("heave", "square", ("sway",)): 2.0,
+    Term("pitch", "cross_size", ("heave", "pitch_rate")): 0.8,
+    Term("pitch", "cross_size", ("yaw_rate", "pitch_rate")): 0.2,
+}
+
+
+def exported(tmp_path: Path, vehicle: Vehicle, name: str, *words: str) -> str:
+    """What `incsvr export` writes of it."""
+    write_vehicle(tmp_path / "rov.yaml", vehicle)
+    target = tmp_path / "out"
+    assert main(["export", str(tmp_path / "rov.yaml"), "--format", name, "--out", str(target), *words]) == 0
+    return target.read_text(encoding="utf-8")
+
+
+def space_of(text: str) -> dict[str, Any]:
+    space: dict[str, Any] = {}
+    exec(text, space)
+    return space
+
+
+def free_run(acceleration: Callable[[Array, Array], Array], efforts: Array) -> Array:
+    """(n + 1, 6) velocities from rest by small Runge-Kutta steps."""
+    velocity, parts = np.zeros(6), 2
+    course = [velocity]
+    for effort in efforts:
+        for _ in range(parts):
+            h, slopes, at = STEP_S / parts, [], velocity
+            for ahead in (0.5, 0.5, 1.0, 1.0):
+                slopes.append(acceleration(at, effort))
+                at = velocity + ahead * h * slopes[-1]
+            velocity = velocity + h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
+        course.append(velocity)
+    return np.array(course)
+
+
+def commands() -> Array:
+    levels = np.random.default_rng(531).uniform(-1.0, 1.0, (STEPS // 12, 6)) * [30.0, 30.0, 30.0, 1.0, 1.0, 2.0]
+    return np.repeat(levels, 12, axis=0)
+
+
+def agrees(acceleration: Callable[[Array, Array], Array], vehicle: Vehicle, sign: Array | float = 1.0) -> None:
+    """A tool's own equations, in its own axes, give the free run of our Python export, upright."""
+    space = space_of(python_module(vehicle))
+    ours = free_run(lambda v, effort: np.asarray(space["acceleration"](v, effort, np.zeros(2))), commands())
+    assert np.ptp(ours, axis=0).min() > 0.3
+    assert free_run(acceleration, commands() * sign) * sign == pytest.approx(ours, abs=1e-6)
+
+
+def elements(text: str) -> ET.Element:
+    return ET.fromstring(f"<file>{text}</file>")
+
+
+def number(element: ET.Element, path: str) -> float:
+    return float(element.findtext(path) or "0")
+
+
+def gazebo_body(file: ET.Element) -> Array:
+    """M as gz-physics takes it: the body's mass and moments, and the entries of <fluid_added_mass> (inertial.sdf)."""
+    inertial, letters = file.find("inertial"), "xyzpqr"
+    assert inertial is not None
+    mass = np.diag([number(inertial, "mass")] * 3 + [number(inertial, f"inertia/i{a}{a}") for a in "xyz"])
+    for row in range(6):
+        for column in range(row, 6):
+            value = number(inertial, f"fluid_added_mass/{letters[row]}{letters[column]}")
+            mass[row, column] += value
+            mass[column, row] += value if row != column else 0.0
+    return mass
+
+
+def gazebo_wrench(plugin: ET.Element, velocity: Array) -> Array:
+    """The plugin's wrench without added mass and Coriolis, as HydrodynamicsUtils.hh and Hydrodynamics.cc have it."""
+    drag = np.zeros((6, 6))
+    for i, force in enumerate("xyzkmn"):
+        for j, own in enumerate("UVWPQR"):
+            drag[i, j] = -number(plugin, force + own)
+            for k, other in enumerate("UVWPQR"):
+                drag[i, j] -= number(plugin, f"{force}{own}abs{other}") * abs(velocity[k])
+                drag[i, j] -= number(plugin, force + own + other) * velocity[k]
+    return -(drag @ velocity)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_gazebo_moves_as_the_vehicle_file(tmp_path: Path, turned: bool) -> None:
+    vehicle = vehicle_with({**CROSS, **AHEAD, **OTHERS})
+    file = elements(exported(tmp_path, vehicle, "gazebo", *["--port-and-up"] * turned))
+    mass, plugin = gazebo_body(file), file.find("plugin")
+    assert plugin is not None
+    assert [plugin.findtext(f"disable_{name}") for name in ("added_mass", "coriolis")] == ["true", "true"]
+    inverse = np.linalg.inv(mass)
+
+    def acceleration(v: Array, effort: Array) -> Array:
+        return np.asarray(inverse @ (effort + gazebo_wrench(plugin, v) - coriolis_matrix(mass, v) @ v))
+
+    agrees(acceleration, vehicle, 1.0 if turned else PORT_AND_UP)
+    # The plugin's own added mass is the same, as derivatives.
+    assert number(plugin, "xDotQ") == number(plugin, "mDotU")
+    assert number(plugin, "zDotW") == pytest.approx(-(28.0 - number(file, "inertial/mass")), abs=1e-6)
+
+
+def test_uuv_simulator_moves_as_the_vehicle_file(tmp_path: Path) -> None:
+    vehicle = vehicle_with({**CROSS, **AHEAD})
+    link = elements(exported(tmp_path, vehicle, "uuv")).find("link")
+    assert link is not None
+    model, mass, inertia = link.find("hydrodynamic_model"), link.find("inertial/mass"), link.find("inertial/inertia")
+    assert model is not None
+    assert mass is not None
+    assert inertia is not None
+
+    def matrix(name: str) -> Array:
+        return np.array([float(value) for value in (model.findtext(name) or "").split()])
+
+    added, linear, forward = (
+        matrix(name).reshape(6, 6) for name in ("added_mass", "linear_damping", "linear_damping_forward_speed")
+    )
+    body = np.diag([float(mass.attrib["value"])] * 3 + [float(inertia.attrib[name]) for name in ("ixx", "iyy", "izz")])
+
+    def acceleration(v: Array, effort: Array) -> Array:
+        # As HydrodynamicModel.cc has it, in axes to starboard and down: D = −DLin − u DLinForwardSpeed − DNonLin |ν|.
+        drag = -linear - v[0] * forward - np.diag(matrix("quadratic_damping") * np.abs(v))
+        coriolis = coriolis_matrix(added, v) @ v + coriolis_matrix(body, v) @ v
+        return np.asarray(np.linalg.solve(body + added, effort - drag @ v - coriolis))
+
+    agrees(acceleration, vehicle)
+
+
+def test_python_vehicle_simulator_moves_as_the_vehicle_file(tmp_path: Path) -> None:
+    lags = {"surge": 0.4}
+    others = {Term("surge", "inflow", ("surge",)): 0.2, Term("roll", "righting"): 4.0, Term("yaw", "reverse"): 0.3}
+    space = space_of(exported(tmp_path, vehicle_with({**CROSS, **OTHERS, **others}, lags), "python-vehicle-simulator"))
+    efforts = commands()
+    efforts[:12] = 0.0  # its rotors begin at rest
+    vehicle = space["Vehicle"](lambda t: efforts[min(int(t / STEP_S + 1e-9), STEPS - 1)])
+    # As lib/mainLoop.py has it.
+    parts, eta, nu, actual = 50, np.zeros(6), vehicle.nu, vehicle.u_actual
+    course = [nu]
+    for k in range(STEPS * parts):
+        nu, actual = vehicle.dynamics(eta, nu, actual, vehicle.stepInput(k * STEP_S / parts), STEP_S / parts)
+        eta[3:5] += STEP_S / parts * space["turning"](eta[3:5], nu)
+        if (k + 1) % parts == 0:
+            course.append(nu)
+    ours = space["free_run"](np.zeros(6), efforts, STEP_S)
+    assert len(vehicle.controls) == vehicle.dimU == 6
+    assert np.array(course) == pytest.approx(ours, abs=0.01 * np.abs(ours).max())
+
+
+def test_what_a_format_cannot_hold_stands_in_the_file_and_on_standard_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    others = {Term("surge", "inflow", ("surge",)): 0.2, Term("heave", "square", ("sway",)): 2.0}
+    vehicle = vehicle_with({**others, Term("roll", "righting"): 4.0, Term("heave", "weight"): 3.0}, {"yaw": 0.25})
+    doubted = replace(vehicle, terms={**vehicle.terms, Term("roll", "quadratic"): known(0.1, "not excited")})
+    for name, sentences in (
+        ("gazebo", ["surge inflow:surge = 0.2", "Thrust lag of yaw: 0.25 s"]),
+        ("uuv", ["surge inflow:surge = 0.2 s/m; heave square:sway", "<timeConstant>0.25</timeConstant>"]),
+        ("stonefish", ["surge linear = 8 N s/m", "makes drag and added mass of the body's shape"]),
+    ):
+        text = exported(tmp_path, doubted, name)
+        for place in (text, capsys.readouterr().err):
+            for sentence in (*sentences, "roll quadratic (not excited)", "Weight less buoyancy: 3 N"):
+                assert sentence in place, name
+        elements(text)
+
+
+def test_stonefish_holds_the_moments_of_body_and_water_and_the_centre_of_gravity(tmp_path: Path) -> None:
+    vehicle = vehicle_with({Term("roll", "righting"): 4.0, Term("pitch", "righting"): 4.0}, {"yaw": 0.25})
+    words = ["--dry-mass", "11.5", "--dry-inertia", "0.2", "--inertia-xy", "0.1", "0.15"]
+    file = elements(exported(tmp_path, vehicle, "stonefish", *words))
+    values = {child.tag: child.attrib for child in file}
+    assert values["mass"] == {"value": "11.5"}
+    assert values["inertia"] == {"xyz": "0.3 0.4 0.6"}
+    assert float(values["cg"]["xyz"].split()[2]) * 11.5 * 9.80665 == pytest.approx(4.0)
+    assert float(file.findall("rotor_dynamics/time_constant")[0].attrib["value"]) == 0.25
+
+
+def test_axes_that_were_not_identified_get_nothing_of_the_water(tmp_path: Path) -> None:
+    whole = vehicle_with({})
+    axes = ("surge", "sway", "yaw")
+    mass = {pair: p for pair, p in whole.mass.items() if set(pair) <= set(axes)}
+    planar = replace(
+        whole, axes=axes, driven=axes, mass=mass, terms={t: p for t, p in whole.terms.items() if t.axis in axes}
+    )
+    text = exported(tmp_path, planar, "gazebo")
+    file = elements(text)
+    assert np.diag(gazebo_body(file)) == pytest.approx([18.0, 24.0, 18.0, 0.6, 0.6, 0.6])
+    assert "Not identified, and 0 here: added mass and damping of heave, roll, pitch" in text
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--dry-mass", "20"], "the body alone has 20 along surge, and body and water together 18"),
+        (["--dry-inertia", "0.2"], "--dry-inertia and --inertia-xy together"),
+        (["--dry-mass", "-1"], "-1 is no moment of inertia"),
+        (["--format", "csv"], "take json"),
+    ],
+)
+def test_a_body_that_cannot_be_is_refused(
+    tmp_path: Path, words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_vehicle(tmp_path / "rov.yaml", vehicle_with({}))
+    assert main(["export", str(tmp_path / "rov.yaml"), "--format", "gazebo", *words]) == 2
+    assert sentence in capsys.readouterr().err
