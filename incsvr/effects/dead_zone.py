@@ -60,3 +60,9 @@ class DeadZone(Effect):
             else np.where(np.abs(command) < width, command, 0.0)
         )
         return command - term.coefficients[0] * lost
+
+    def command(self, thrust: Array, s: Signals, term: Term) -> Array:
+        width, size = term.inner[-1], np.abs(thrust)
+        beyond = size + width if self.variant == "shifted" else np.maximum(size, width)
+        needed = size > (0.0 if self.variant == "shifted" else 0.5 * width)
+        return np.where(needed, np.copysign(beyond, thrust), 0.0)

@@ -127,6 +127,13 @@ class Effect(ABC):
         """(n,) moment after this stage of the actuators [N m]; for `acts == "thrust"`."""
         raise NotImplementedError(f"{self.key} is no stage of the actuators")
 
+    def command(self, thrust: Array, s: Signals, term: Term) -> Array:
+        """(n,) command that this stage of the actuators makes into a moment [N m]: the inverse of `thrust`.
+
+        Where no command makes the moment, the one that comes nearest. A delay is not undone: no instant's command can.
+        """
+        raise NotImplementedError(f"{self.key} is not inverted")
+
     def factor(self, s: Signals, term: Term) -> Array:
         """(n,) factor on d(r); for `acts == "damping"`."""
         raise NotImplementedError(f"{self.key} does not scale the damping")

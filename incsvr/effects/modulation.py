@@ -53,10 +53,14 @@ class ThrustModulation(_Modulation):
         return "the thrust would change its sign" if float(np.quantile(gain, 0.01)) <= 0.1 else ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        return np.asarray(
-            command
-            * np.clip(1.0 + term.coefficients[0] * self.away(s, term.inner), MIN_THRUST_FACTOR, MAX_THRUST_FACTOR)
-        )
+        return np.asarray(command * self._gain(s, term))
+
+    def command(self, thrust: Array, s: Signals, term: Term) -> Array:
+        return np.asarray(thrust / self._gain(s, term))
+
+    def _gain(self, s: Signals, term: Term) -> Array:
+        """(n,) g."""
+        return np.clip(1.0 + term.coefficients[0] * self.away(s, term.inner), MIN_THRUST_FACTOR, MAX_THRUST_FACTOR)
 
 
 class DampingModulation(_Modulation):

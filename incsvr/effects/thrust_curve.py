@@ -52,3 +52,7 @@ class ThrustCurve(Effect):
         top, exponent = term.inner
         bent = top * np.sign(command) * np.abs(command / top) ** exponent
         return np.asarray(command + term.coefficients[0] * (bent - command))
+
+    def command(self, thrust: Array, s: Signals, term: Term) -> Array:
+        top, exponent = term.inner
+        return np.asarray(top * np.sign(thrust) * np.abs(thrust / top) ** (1.0 / exponent))

@@ -44,3 +44,6 @@ class TorqueAsymmetry(Effect):
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         return np.where(command < 0.0, command / (1.0 + term.coefficients[0]), command)
+
+    def command(self, thrust: Array, s: Signals, term: Term) -> Array:
+        return np.where(thrust < 0.0, thrust * (1.0 + term.coefficients[0]), thrust)

@@ -42,3 +42,6 @@ class TorqueDelay(Effect):
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         return s.later(command, -term.coefficients[0])
+
+    def command(self, thrust: Array, s: Signals, term: Term) -> Array:
+        return thrust

@@ -51,3 +51,10 @@ class TorqueLag(Effect):
             return s.lowpass(command, constant)
         speed = s.lowpass(np.sign(command) * np.sqrt(np.abs(command)), constant)
         return np.asarray(speed * np.abs(speed))
+
+    def command(self, thrust: Array, s: Signals, term: Term) -> Array:
+        constant = max(term.coefficients[0], 0.1 * s.step)
+        turns = thrust if self.variant == "moment" else np.sign(thrust) * np.sqrt(np.abs(thrust))
+        if turns.size > 1:
+            turns = turns + constant * np.gradient(turns, s.step)
+        return turns if self.variant == "moment" else np.asarray(turns * np.abs(turns))

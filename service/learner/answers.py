@@ -23,6 +23,7 @@ from service.health.health_watch import HealthWatch
 from service.learner import questions
 from service.learner.damping_query import velocity_names
 from service.learner.estimates import forecast_reply
+from service.learner.feedforward_reply import feedforward_reply
 from service.learner.node import LearnerNode
 from service.learner.published import NothingLearned, damping_reply
 from service.live.effects import OperatorVerb
@@ -73,6 +74,7 @@ class Answers:
             keys.effects: self._effects,
             keys.coefficients: self._coefficients,
             keys.forecast: self._forecast,
+            keys.feedforward: self._feedforward,
         }
         self._rings: list[tuple[str, Any, Answer]] = [
             (key, session.declare_queryable(key, RingChannel(SLOW_RING_PLACES), complete=True), answer)
@@ -210,13 +212,16 @@ class Answers:
         return wire.encode(self._node.ledger)
 
     def _forecast(self, query: zenoh.Query) -> bytes:
-        questions.parameters(query)
-        asked = None
-        if query.payload is not None and len(query.payload):
-            if len(query.payload) > questions.MAX_QUESTION_BYTES:
-                raise BadInput(f"the payload is longer than {questions.MAX_QUESTION_BYTES} bytes; ask for fewer times")
-            asked = wire.decode(wire.ForecastQuery, query.payload.to_bytes())
+        payload = questions.profile(query)
+        asked = None if payload is None else wire.decode(wire.ForecastQuery, payload)
         return wire.encode(forecast_reply(self._node, asked))
+
+    def _feedforward(self, query: zenoh.Query) -> bytes:
+        payload = questions.profile(query)
+        if payload is None:
+            raise BadInput('plan the yaw rate in the payload, such as {"t": [0, 5], "rate": [0, 0.1]}')
+        asked = wire.decode(wire.FeedforwardQuery, payload)
+        return wire.encode(feedforward_reply(self._node, asked, self._velocities))
 
     def _row_at(self, asked: Mapping[str, str]) -> Row:
         """What was served at a time, or published as a revision."""

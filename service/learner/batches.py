@@ -167,6 +167,12 @@ class Batches:
             self.samples_seen = seen
 
     @property
+    def compensation(self) -> Compensation | None:
+        """The traced effects that samples are freed of now."""
+        with self._lock:
+            return self._compensation
+
+    @property
     def rejected(self) -> dict[str, int]:
         """Values that were not learned from since this start, by reason."""
         with self._lock:

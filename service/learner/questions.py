@@ -62,6 +62,20 @@ def damping_query(query: zenoh.Query, asked: Mapping[str, str], velocities: Mapp
     return checked_query([("rate", payload.rate), *others])
 
 
+def profile(query: zenoh.Query) -> bytes | None:
+    """The payload of a question that plans something; None where it has none.
+
+    Raises:
+        BadInput: it is too long, or a parameter is given.
+    """
+    parameters(query)
+    if query.payload is None or not len(query.payload):
+        return None
+    if len(query.payload) > MAX_QUESTION_BYTES:
+        raise BadInput(f"the payload is longer than {MAX_QUESTION_BYTES} bytes; ask for fewer times")
+    return query.payload.to_bytes()
+
+
 def number(name: str, text: str) -> float:
     """The finite number that a parameter is.
 

@@ -46,7 +46,7 @@ ACTIONS: dict[str, tuple[Grant, ...]] = {
     "measure": (Grant(("rate", "torque", "channel/*"), (PUBLISH,)),),
     "see whether the learner is well": (Grant(("alive",), (PRESENCE,)), Grant(("health",), (ASK, FOLLOW))),
     "use the model": (
-        Grant(("damping", "forecast"), (ASK,)),
+        Grant(("damping", "forecast", "feedforward"), (ASK,)),
         Grant(("estimate",), (FOLLOW,)),
         Grant(("model", "coefficients"), (ASK, FOLLOW)),
         _with_history("model"),

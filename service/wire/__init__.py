@@ -11,6 +11,7 @@ a viewer that starts late draws what happened before.
 from __future__ import annotations
 
 from service.wire.damping import DampingQuery, DampingReply, ErrorReply
+from service.wire.feedforward import FeedforwardQuery, FeedforwardReply
 from service.wire.forecast import Estimate, ForecastQuery, ForecastReply
 from service.wire.form import Form, FormType, Numbers, decode, encode
 from service.wire.health import Health, Learning, Level, StreamHealth
@@ -39,6 +40,8 @@ __all__ = [
     "EffectsLedger",
     "ErrorReply",
     "Estimate",
+    "FeedforwardQuery",
+    "FeedforwardReply",
     "ForecastQuery",
     "ForecastReply",
     "Form",

@@ -49,6 +49,10 @@ class Keys:
         return f"{self.prefix}/forecast"
 
     @property
+    def feedforward(self) -> str:
+        return f"{self.prefix}/feedforward"
+
+    @property
     def estimate(self) -> str:
         return f"{self.prefix}/estimate"
 

@@ -19,7 +19,9 @@ from tests.service.conftest import teach
 
 __all__ = ["endpoint"]
 
-PAGE = (Path(__file__).resolve().parents[3] / "docs" / "bus.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+PAGE = (DOCS / "bus.md").read_text(encoding="utf-8")
+CONTROL = (DOCS / "control.md").read_text(encoding="utf-8")
 CLIENT, FOLLOWER = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 PAYLOADS = re.findall(r"```json\n(.*?)```", PAGE, re.DOTALL)
 
@@ -87,6 +89,23 @@ def test_the_payloads_are_those_of_the_learner(position: int, form: type[wire.Fo
     assert set(json.loads(payload)) == always
 
 
+def test_the_page_for_control_asks_and_shows_what_the_learner_answers(endpoint: str, tmp_path: Path) -> None:
+    (code,), (shown,) = (re.findall(rf"```{kind}\n(.*?)```", CONTROL, re.DOTALL) for kind in ("python", "json"))
+    assert set(json.loads(shown)) == set(wire.FeedforwardReply.model_fields)
+    wire.decode(wire.FeedforwardReply, shown.encode())
+    (tmp_path / "plan.py").write_text(code, encoding="utf-8")
+    with client_after(endpoint, tmp_path / "state") as (_, session, _alive):
+        models = following(session)
+        teach(session, KEYS, 9, 0, 35)
+        next_model(models)
+        ran = subprocess.run(
+            [sys.executable, tmp_path / "plan.py", endpoint], capture_output=True, text=True, check=True
+        )
+    torque = json.loads(ran.stdout[: ran.stdout.index("]") + 1])
+    assert len(torque) == 4
+    assert torque[1] > torque[3]
+
+
 def test_every_key_and_limit_stands_there() -> None:
     for key in (
         KEYS.rate,
@@ -94,6 +113,7 @@ def test_every_key_and_limit_stands_there() -> None:
         KEYS.model,
         KEYS.iteration,
         KEYS.damping,
+        KEYS.feedforward,
         KEYS.health,
         KEYS.effects,
         KEYS.coefficients,

@@ -41,6 +41,7 @@ hear every key                no       yes      yes
 see that it is alive          yes      yes      yes
 ask the damping               yes      yes      yes
 ask the forecast              yes      yes      yes
+ask the feed-forward          yes      yes      yes
 ask the model                 yes      yes      yes
 ask the health                yes      yes      yes
 ask the iteration             no       yes      yes
@@ -166,6 +167,7 @@ ACTIONS: dict[str, Callable[[Secured, str], bool]] = {
     "hear the health": lambda bus, role: hears(bus, role, UNSERVED.health),
     "see that it is alive": sees_alive,
     "ask the damping": lambda bus, role: is_answered(bus, role, UNSERVED.damping),
+    "ask the feed-forward": lambda bus, role: is_answered(bus, role, f"{UNSERVED.prefix}/feedforward"),
     "ask the forecast": lambda bus, role: is_answered(bus, role, f"{UNSERVED.prefix}/forecast"),
     "ask the model": lambda bus, role: is_answered(bus, role, UNSERVED.model),
     "ask the health": lambda bus, role: is_answered(bus, role, UNSERVED.health),

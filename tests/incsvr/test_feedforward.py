@@ -1,0 +1,111 @@
+"""The torque that drives a planned yaw rate: the model with its effects, solved for the command."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.compensation.feedforward import Feedforward, Plan, feedforward
+from incsvr.effects import Signals, Term
+from incsvr.errors import BadInput
+from incsvr.numerics import Array
+from incsvr.tracing.model import TracedModel
+
+INERTIA, STEP = 24.0, 0.02
+TIME: Array = STEP * np.arange(2000, dtype=np.float64)
+RATE = 0.3 * np.sin(2.0 * np.pi * TIME / 20.0)
+"""A turn to both sides, from rest and back."""
+RATES = np.linspace(-1.0, 1.0, 2001)
+
+
+def drag(rate: Array) -> Array:
+    return np.asarray(9.0 * rate + 26.0 * rate * np.abs(rate))
+
+
+def model(*terms: Term) -> TracedModel:
+    return TracedModel(INERTIA, RATES, drag(RATES), terms, 0.5, 0.2, 1.5, (0.0, 100.0))
+
+
+def answered(*terms: Term, **channels: Array) -> Feedforward:
+    plan = Plan.of(TIME, RATE, None, channels)
+    return feedforward(plan, drag(plan.rate), np.full(TIME.size, 0.5), INERTIA, Compensation.of(model(*terms)))
+
+
+def driven(found: Feedforward, *terms: Term, **channels: Array) -> Array:
+    """(n,) the rate that the traced model itself simulates under the torque, sent as early as it says [rad/s]."""
+    torque = np.interp(TIME + found.lead, found.time, found.torque)
+    signals = Signals(
+        step=STEP, start=np.array([0, TIME.size], dtype=np.intp), time=TIME, rate=np.zeros(TIME.size), torque=torque,
+        heading=np.zeros(TIME.size), channels=channels,
+    )  # fmt: skip
+    return model(*terms).simulate(signals)[1]
+
+
+@pytest.mark.parametrize(
+    "term",
+    [
+        Term("bias_torque", "", (2.0,)),
+        Term("inertia", "", (8.0,)),
+        Term("dead_zone", "shifted", (1.0,), (1.5,)),
+        Term("dead_zone", "step", (1.0,), (1.0,)),
+        Term("torque_asymmetry", "", (0.3,)),
+        Term("torque_saturation", "smooth limit", (1.0,), (12.0,)),
+        Term("torque_saturation", "rounded corner", (1.0,), (0.3, 9.0)),
+        Term("torque_saturation", "coefficient", (0.03,)),
+        Term("thrust_curve", "", (1.0,), (10.0, 1.8)),
+        Term("torque_lag", "moment", (0.5,)),
+        Term("torque_lag", "rotor speed", (0.4,)),
+        Term("torque_delay", "", (0.3,)),
+        Term("inflow", "loaded", (0.5,)),
+        Term("coulomb", "", (1.5,), (0.02,)),
+        Term("memory", "linear", (-4.0,), (0.2, 3.0)),
+        Term("modulation:voltage", "thrust", (0.1,), (16.0,)),
+    ],
+    ids=lambda term: f"{term.effect} {term.variant}",
+)
+def test_each_effect_is_inverted(term: Term) -> None:
+    channels = {"voltage": 16.0 - 0.05 * TIME} if ":" in term.effect else {}
+    found = answered(term, **channels)
+    reached = driven(found, term, **channels) - RATE
+    unaware = driven(answered(), term, **channels) - RATE
+    assert np.sqrt(np.mean(reached**2)) < 0.3 * np.sqrt(np.mean(unaware**2))
+    parts = found.inertia_part + found.damping_part + sum(found.effects.values())
+    np.testing.assert_allclose(parts, found.torque, atol=1e-9)
+    assert (found.low <= found.torque).all()
+    assert (found.torque <= found.high).all()
+
+
+def test_what_cannot_be_made_or_is_not_known_is_a_sentence() -> None:
+    limited = answered(Term("torque_saturation", "limit", (1.0,), (4.0,)))
+    assert np.abs(limited.torque).max() == 4.0
+    assert any("cannot be made" in remark and "saturates" in remark for remark in limited.remarks)
+    late = answered(Term("torque_delay", "", (0.3,)))
+    assert late.lead == 0.3
+    assert any("0.3 s before its time" in remark for remark in late.remarks)
+    for name, coefficients, needed in (("coupling:winch", (2.0,), "winch"), ("tether", (2.0, 0.1), "heading")):
+        left_out = answered(Term(name, "", coefficients, (0.0,)))
+        np.testing.assert_array_equal(left_out.torque, answered().torque)
+        assert f"{name} is left out: plan its {needed} too, in channels" in left_out.remarks
+    clocked = answered(Term("bias_drift", "", (1.0,)), Term("drag_step", "", (0.3,), (50.0,)))
+    assert [remark.split()[0] for remark in clocked.remarks] == ["bias_drift"]
+
+
+def test_without_effects_it_is_inertia_and_damping_within_the_scatter_of_a_sample() -> None:
+    plan = Plan.of(np.array([0.0, 10.0]), np.array([0.0, 0.2]), None, {})
+    found = feedforward(plan, drag(plan.rate), np.full(plan.time.size, 0.5), INERTIA).at(np.array([5.0]))
+    assert found.torque[0] == pytest.approx(INERTIA * 0.02 + drag(np.array([0.1]))[0], rel=1e-3)
+    assert found.high[0] - found.low[0] == pytest.approx(2.0 * 1.96 * 0.5, rel=1e-4)
+    steady = replace(plan, time=np.zeros(1), rate=np.array([0.2]), acceleration=np.zeros(1))
+    assert feedforward(steady, drag(steady.rate), np.ones(1), INERTIA).torque[0] == drag(np.array([0.2]))[0]
+
+
+@pytest.mark.parametrize(
+    ("time", "rate", "names"),
+    [([0.0, 0.0], [0.0, 0.1], "must increase"), ([0.0, 1.0], [0.1], "2 times and rate 1 values")],
+)
+def test_a_plan_that_is_none_is_refused(time: list[float], rate: list[float], names: str) -> None:
+    with pytest.raises(BadInput, match=names):
+        Plan.of(np.array(time), np.array(rate), None, {})
