@@ -89,7 +89,7 @@ def trace(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
     """What the declared model lacks, as `incsvr trace` finds it; otherwise as `fit`.
 
     Args:
-        recordings, validate: runs to fit, and runs for the proof alone.
+        recordings, validate: runs to fit, and unseen recordings, used for validation alone.
         flags: those of the command, by name: `inertia`, `torque`, `mass_matrix`, `manoeuvre`, …
 
     Raises:

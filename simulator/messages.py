@@ -74,7 +74,7 @@ class Faults:
         drop_outs: of each stream in a minute.
         drop_out_length: their mean length [s].
         jitter: a message comes late by up to this [s], and so out of order.
-        duplicates: part of the messages that come twice.
+        duplicates: share of the messages that are sent twice.
     """
 
     drop_outs: float = 0.0

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--truth",
         metavar="FILE",
         type=Path,
-        help="once all has been played, write there what came on, and when (simulation.underway)",
+        help="write the ground truth, the effect and its time, after the run (simulation.underway)",
     )
 
 

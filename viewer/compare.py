@@ -154,8 +154,8 @@ def words(chosen: dict[str, Frame]) -> str:
     return "\n".join(
         [
             f"# Iteration {before.report.iteration} and {after.report.iteration}",
-            f"Apart by {quantity(apart.max(), 'N m')} at most, {quantity(apart.mean(), 'N m')} on average, "
-            "where the first was trained.",
+            f"Difference {quantity(apart.max(), 'N m')} at most, {quantity(apart.mean(), 'N m')} on average, where "
+            "the first was trained.",
             "",
             row("", "Before", "After"),
             "|:--|--:|--:|",

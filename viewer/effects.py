@@ -134,10 +134,10 @@ def ledger_text(ledger: EffectsLedger) -> str:
         )
     elif not ledger.effects:
         lines.append(
-            "None: the model is the declared inertia and the learned damping.\n\n`incsvr trace RECORDING… --json FILE` "
-            "finds what it lacks. With `effects: FILE` in its configuration the learner takes that up, with "
-            "`tracing.live: advise` or `adopt` it finds it by itself, and the plots show how every torque splits into "
-            "its parts."
+            "None: the model is the declared inertia and the learned damping.\n\n`incsvr trace RECORDING… --json "
+            "FILE` finds effects that it lacks. With `effects: FILE` in its configuration the learner applies "
+            "them; with `tracing.live: advise` or `adopt` it finds them by itself. The plots show the parts of "
+            "every torque."
         )
     for found in ledger.effects:
         lines += _about(found)

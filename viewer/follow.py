@@ -92,7 +92,7 @@ class Follower:
             return
         self._here = here
         if not here:
-            log.warning("the learner went away; waiting for it")
+            log.warning("the learner does not answer; waiting for it")
             self._pages.away(AWAY_WORDS, time.time())
             return
         log.info("the learner is here")
@@ -128,7 +128,7 @@ class Follower:
 
     def _show(self, report: IterationReport, seen: float | None, hurry: bool = False) -> None:
         if self._earliest is not None and report.t < self._earliest:
-            log.warning("the vehicle's clock began anew at %.1f s", report.t)
+            log.warning("the vehicle's clock restarted at %.1f s", report.t)
             self._anew()
         # A learner that changes over to other effects says its last batch again, and that may end some samples earlier.
         self._earliest = report.t - 0.5 * max(report.t - report.time_span[0], 0.0)

@@ -17,7 +17,7 @@ ITERATIONS = (1, 5, 12, 15, 22)
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m viewer.pictures", description=__doc__)
     parser.add_argument("recording", type=Path, help="a recording, such as out/leng.rrd of the demo")
-    parser.add_argument("folder", type=Path, help="where the pictures go")
+    parser.add_argument("folder", type=Path, help="folder of the pictures")
     parser.add_argument("--page", choices=PAGES, help="this page alone, at the end of any recording")
     args = parser.parse_args()
     try:

@@ -34,18 +34,16 @@ log = logging.getLogger(__name__)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
     parser.add_argument(
-        "recording", nargs="?", type=Path, metavar="FILE", help="looks at this recording (.rrd), or at a log, instead"
+        "recording", nargs="?", type=Path, metavar="FILE", help="show this recording (.rrd) or log instead of a learner"
     )
-    parser.add_argument(
-        "--save", type=Path, metavar="FILE.rrd", help="records; goes on where the file is there already"
-    )
-    parser.add_argument("--headless", action="store_true", help="opens no window")
-    parser.add_argument("--serve", type=int, metavar="PORT", help="for viewers at this port of 127.0.0.1; no window")
+    parser.add_argument("--save", type=Path, metavar="FILE.rrd", help="record to this file; continue it if it exists")
+    parser.add_argument("--headless", action="store_true", help="open no window")
+    parser.add_argument("--serve", type=int, metavar="PORT", help="serve viewers at this port of 127.0.0.1; no window")
     parser.add_argument("--theme", choices=sorted(PALETTES), help="colours of plots and texts (dark)")
     parser.add_argument(
         "--compare", nargs=2, type=int, metavar=("BEFORE", "AFTER"), help="iterations that are compared (first, latest)"
     )
-    parser.add_argument("--repair", action="store_true", help="mends a recording that was cut off")
+    parser.add_argument("--repair", action="store_true", help="mend a recording that was cut off")
     log_picture.add_arguments(parser)
 
 

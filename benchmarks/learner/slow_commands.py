@@ -36,7 +36,7 @@ def _row(every: float, seeds: range, torque: TorqueKind | None) -> list[str]:
         said += says
     each = np.abs(np.array(errors))  # seeds, rates, sides
     cells = [f"{np.median(each[:, k]):.0f} %, {each[:, k].max():.0f} %" for k in range(len(RATES))]
-    named = "told from the data" if torque is None else torque
+    named = "inferred from the data" if torque is None else torque
     return [f"{1.0 / every:g} Hz", named, *cells, f"{said} of {len(seeds)}"]
 
 

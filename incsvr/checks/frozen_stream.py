@@ -160,7 +160,7 @@ def _finding(batch: Samples, name: str, stretch: Stretch) -> Finding:
     level = 0.5 * float(low[stretch.slice].min() + high[stretch.slice].max())
     since, until = batch.time[stretch.first], batch.time[stretch.last]
     other = "the torque varies" if name == "yaw_rate" else "the vehicle turns as no constant torque turns it"
-    where = f"stands still at {level:.4g} {STREAM_UNITS[name]} from {since:.10g} to {until:.10g} s while {other}"
+    where = f"is constant at {level:.4g} {STREAM_UNITS[name]} from {since:.10g} to {until:.10g} s while {other}"
     end = 0.01 * float(np.ptp((low.min(), high.max())))
     at_end = end > 0.0 and min(level - low.min(), high.max() - level) < end
     cure = "it is stuck, or clipped at the end of its range; check the sensor" if at_end else "check the sensor"

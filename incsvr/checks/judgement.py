@@ -115,7 +115,10 @@ def check(
 
 def _relearned(state: State, batch: Samples) -> tuple[State, Verdict]:
     """The state in which nothing is trusted that was learned, and the verdict that says so."""
-    sentence = f"the last {RELEARN_BATCHES} batches fit each other and not what is learned: the damping is learned anew"
+    sentence = (
+        f"the last {RELEARN_BATCHES} batches agree with each other and not with the learned curve: the damping is "
+        "learned anew"
+    )
     verdict = Verdict((Finding(CHANGE, Decision.WARN, sentence),), learn=True, suspect=False, span=_span(batch))
     return State(usual=state.usual, reach=state.reach, periods=state.periods, told=float(batch.time[-1])), verdict
 

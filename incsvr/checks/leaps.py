@@ -44,8 +44,8 @@ def leaps(batch: Samples, curve: Curve) -> list[Finding]:
             "leaps",
             Decision.WARN,
             f"{100.0 * float(np.mean(off)):.0f} % of the samples from {batch.time[0]:.10g} to {batch.time[-1]:.10g} s "
-            "are off by far, to both sides, and the others are not: the yaw rate leaps, or the torque falls out for "
-            "moments; check the sensors and their wiring",
+            "deviate far, to both sides, and the others do not: the yaw rate jumps, or the torque drops out briefly; "
+            "check the sensors and their wiring",
         )
     ]
 

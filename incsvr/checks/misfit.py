@@ -86,7 +86,9 @@ def misfit(
         return [_foreign(found, span)]
     if estimate.certainty < CAUSE_SIGMAS:
         large = found.left > max(FOREIGN_NOISES * scales.sigma, MIN_LEFT_DAMPING_SHARE * scales.largest_damping)
-        left = f"the learned curve leaves {found.left:.3g} N m over {span}: the vehicle changed or a sensor failed"
+        left = (
+            f"the residual of the learned curve is {found.left:.3g} N m {span}: the vehicle changed or a sensor failed"
+        )
         return [_unclear(left)] if large else []
     since = onset_time(seen, best, estimate.size)
     sentence = _change(best, estimate.size, since, scales)
@@ -98,8 +100,8 @@ def misfit(
             Finding(
                 RESPONSE if gain > 0.0 else UNDRIVEN,
                 Decision.PAUSE,
-                f"since {since:.10g} s the vehicle would have {100.0 * gain:+.0f} % of damping, far more than one can "
-                "change by: check the torque's sensor, its sign and its unit",
+                f"since {since:.10g} s the damping would have changed by {100.0 * gain:+.0f} %, far more than a "
+                "vehicle's can: check the torque's sensor, its sign and its unit",
             )
         ]
     if any(found.lead(cause) > -FAULT_LEAD for cause in sensors):
@@ -149,15 +151,15 @@ def _large(cause: str, estimate: Estimate, scales: Scales, lasts: bool) -> bool:
 
 
 def _unclear(sentence: str) -> Finding:
-    return Finding(UNCLEAR, Decision.PAUSE, f"{sentence}; one batch more will tell")
+    return Finding(UNCLEAR, Decision.PAUSE, f"{sentence}; the next batch decides")
 
 
 def _foreign(found: Causes, span: str) -> Finding:
     return Finding(
         RESPONSE,
         Decision.PAUSE,
-        f"torque and yaw rate do not belong together {span}: the learned curve leaves {found.left:.3g} N m "
-        "over, and no change of the vehicle explains it; check both sensors and their clocks",
+        f"torque and yaw rate contradict each other {span}: the residual is {found.left:.3g} N m, and no change of "
+        "the vehicle explains it; check both sensors and their clocks",
     )
 
 
@@ -195,16 +197,13 @@ def _change(cause: str, size: float, since: float, scales: Scales) -> str | None
 def _late(size: float, since: float) -> str:
     which, other = ("yaw rate", "torque") if size < 0.0 else ("torque", "yaw rate")
     return (
-        f"the {which} comes {abs(size):.2g} s later against the {other} since {since:.10g} s: the clock of one of "
-        "them jumped or runs at another speed"
+        f"the {which} is {abs(size):.2g} s late against the {other} since {since:.10g} s: the clock of one of them "
+        "jumped or runs at another speed"
     )
 
 
 def _moved(size: float, since: float) -> str:
-    return (
-        f"the yaw rate reads {size:+.2g} rad/s beside what it read since {since:.10g} s: the gyro's zero moved; "
-        "calibrate it at rest"
-    )
+    return f"the yaw rate is off by {size:+.2g} rad/s since {since:.10g} s: the gyro's zero moved; calibrate it at rest"
 
 
 _DOUBTS = {"lag": "the streams' clocks are apart", "zero": "the gyro's zero moved"}

@@ -39,9 +39,9 @@ def drives(batch: Samples, inertia: float, largest_rate: float) -> list[Finding]
                 Finding(
                     "sign",
                     Decision.PAUSE,
-                    f"the damping drives the vehicle from {batch.time[part][0]:.10g} to {batch.time[part][-1]:.10g} s, "
-                    "which no water can: torque and yaw rate count in opposite directions; turn the sign of one of "
-                    "them",
+                    f"the damping drives the vehicle from {batch.time[part][0]:.10g} to {batch.time[part][-1]:.10g} "
+                    "s, which is impossible: torque and yaw rate count in opposite directions; turn the sign of one "
+                    "of them",
                 )
             ]
     return []

@@ -64,7 +64,7 @@ def unit(batch: Samples, inertia: float, largest_rate: float, reach: float, sigm
             "unit",
             Decision.PAUSE,
             f"the yaw rate reaches {float(np.max(np.abs(rate))):.3g} rad/s from {batch.time[0]:.10g} to "
-            f"{batch.time[-1]:.10g} s, faster than the torque can turn {inertia:g} kg m²: is it in degrees per second, "
-            "the torque in another unit, or the inertia another?",
+            f"{batch.time[-1]:.10g} s, faster than the torque can turn {inertia:g} kg m²: check the units of both, "
+            "and the inertia",
         )
     ]

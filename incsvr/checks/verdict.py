@@ -84,9 +84,7 @@ class CurrentWarnings:
         elif change is not None:
             sentences.append(change[1])
         pausing = [finding.sentence for finding in verdict.findings if finding.decision >= Decision.PAUSE]
-        paused = (
-            None if verdict.learn else "; ".join(pausing) or self.paused or "it is not known yet whether all is well"
-        )
+        paused = None if verdict.learn else "; ".join(pausing) or self.paused or "the newest samples are not judged yet"
         return CurrentWarnings(paused, tuple(sentences), change)
 
 

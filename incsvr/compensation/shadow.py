@@ -82,7 +82,7 @@ def compare_on_fresh_data(
     plain, step = _free_run(run, plain_model)
     better, _ = _free_run(run, better_model)
     if not np.isfinite(rms(plain)) or not np.isfinite(rms(better)):
-        raise BadInput("a channel that the effects read did not come with the fresh data")
+        raise BadInput("a channel that the effects read is missing from the fresh data")
     length = max(round(INDEPENDENT_BLOCK_SCALES * effects.model.scale / step), 4)
     turned = float(np.std(stream(run, run.yaw_rate)[1])) >= MIN_TURN_SHARE * float(np.std(before[YAW_RATE][1]))
     change = change_of_rms(plain, better, length)
@@ -131,7 +131,7 @@ def _forecasts(streams: Streams, fresh: float, without: Compensation | None, eff
     if before.sum() < MIN_CELLS_BEFORE:
         period = float(np.median(np.diff(time)))
         raise BadInput(
-            f"{before.sum() * period:.3g} s of data came before the fresh data, too few to learn the damping from: "
+            f"{before.sum() * period:.3g} s of data are older than the fresh data, too few to learn the damping from: "
             f"{MIN_CELLS_BEFORE * period:.3g} s are needed"
         )
     plain = _fitted(problem, () if without is None else without.pairs(), before)

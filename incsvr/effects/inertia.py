@@ -33,5 +33,5 @@ class Inertia(Effect):
     def below_relevance(self, term: Term, s: Signals) -> str:
         if abs(term.coefficients[0]) < DECLARED_INERTIA_ERROR * s.inertia:
             within = f"{DECLARED_INERTIA_ERROR:.0%}"
-            return f"the inertia would be the declared one within {within}, better than it can be known"
+            return f"the inertia would equal the declared one within {within}, the accuracy of a declaration"
         return ""

@@ -41,12 +41,14 @@ class _ThrustOfTime(Effect):
         return (
             ""
             if MIN_THRUST_SHARE < left < MAX_THRUST_SHARE
-            else f"the thrust would become {left:.2g} times what its table says"
+            else f"the thrust would become {left:.2g} times its table's value"
         )
 
     def below_relevance(self, term: Term, s: Signals) -> str:
         if abs(term.coefficients[0]) < THRUST_TABLE_ERROR:
-            return f"the thrust would change by less than {THRUST_TABLE_ERROR:.0%}, better than its table can be known"
+            return (
+                f"the thrust would change by less than {THRUST_TABLE_ERROR:.0%}, which is within the error of its table"
+            )
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:

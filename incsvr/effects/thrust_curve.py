@@ -23,7 +23,7 @@ class ThrustCurve(Effect):
     """
 
     name = "thrust_curve"
-    sentence = "the thrust goes with another power of the command than its table says, as the square of a rotor's speed"
+    sentence = "the thrust follows another power of the command than its table's, as the square of a rotor's speed"
     source = "T. I. Fossen, Guidance and Control of Ocean Vehicles, 1994, ch. 4 (T = K n|n|)"
     acts = "thrust"
     stage = 1
@@ -43,9 +43,7 @@ class ThrustCurve(Effect):
 
     def below_relevance(self, term: Term, s: Signals) -> str:
         if abs(term.inner[-1] - 1.0) < THRUST_EXPONENT_ERROR:
-            return (
-                f"the exponent would be that of the table within {THRUST_EXPONENT_ERROR:g}, better than it can be known"
-            )
+            return f"the exponent would be that of the table within {THRUST_EXPONENT_ERROR:g}, the error of a table"
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:

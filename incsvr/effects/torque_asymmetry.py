@@ -39,7 +39,7 @@ class TorqueAsymmetry(Effect):
     def below_relevance(self, term: Term, s: Signals) -> str:
         if abs(1.0 / (1.0 + term.coefficients[0]) - 1.0) < THRUST_TABLE_ERROR:
             within = f"{THRUST_TABLE_ERROR:.0%}"
-            return f"reverse thrust would be forward thrust within {within}, better than a thrust table is known"
+            return f"reverse thrust would be forward thrust within {within}, the error of a thrust table"
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:

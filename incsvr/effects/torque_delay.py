@@ -16,7 +16,7 @@ class TorqueDelay(Effect):
     """a(t) = τ(t − D) with D > 0: no thruster runs ahead of its command. Its first order is a lag's."""
 
     name = "torque_delay"
-    sentence = "the thrust comes a dead time D after its command, or the clocks of the two streams are D apart"
+    sentence = "the thrust follows its command after a dead time D, or the clocks of the two streams are D apart"
     source = "J. E. Normey-Rico, E. F. Camacho, Control of Dead-Time Processes, 2007, ch. 2"
     acts = "thrust"
     stage = 0

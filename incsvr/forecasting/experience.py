@@ -75,7 +75,7 @@ class Experience:
         """
         if not grid.time.size:
             return self
-        if grid.time[-1] < self.until:  # the vehicle's clock began anew
+        if grid.time[-1] < self.until:  # the vehicle's clock restarted
             return replace(self, models=(), until=-math.inf).after(model, inertia, grid)
         new = grid.time > self.until
         rates = grid.rate[new][np.isfinite(grid.rate[new])]

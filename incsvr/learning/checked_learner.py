@@ -118,7 +118,7 @@ def _taken_back(number: int, before: State, batch: Samples, verdict: Verdict) ->
         discarded_near=nothing,
         outliers=nothing,
         model=model,
-        change=f"the batch before is taken back: {verdict.findings[0].sentence}",
+        change=f"the batch before is withdrawn: {verdict.findings[0].sentence}",
     )
 
 

@@ -35,7 +35,7 @@ def negative_drag(name: str, low: float, high: float) -> str | None:
         return (
             f"{name} drives instead of damping: use it within the rates that were learned, and together with the other"
         )
-    return f"{name} is not known by its sign: its interval holds a negative drag, which drives instead of damping"
+    return f"{name} has an uncertain sign: its interval contains a negative drag, which drives instead of damping"
 
 
 def coefficients(model: Model) -> dict[str, Interval]:

@@ -96,10 +96,10 @@ class Excitation:
     def sentence(self) -> str:
         """What there is, with its figures."""
         if self.driven_rates is None:
-            return f"the torque made none of the motion of {self.samples} samples, up to {self.fastest:.3g} rad/s"
+            return f"the torque caused none of the motion of {self.samples} samples, up to {self.fastest:.3g} rad/s"
         low, high = self.driven_rates
         return (
-            f"the torque made the motion of {self.driven} of {self.samples} samples "
+            f"the torque caused the motion of {self.driven} of {self.samples} samples "
             f"({100.0 * self.driven / self.samples:.2g} %), at {low:.3g} to {high:.3g} rad/s"
         )
 

@@ -99,7 +99,7 @@ def unsteady(found: list[Offset]) -> str | None:
         k = int(np.flatnonzero(np.diff(step))[0])
         how = f"the clock of one stream steps between {found[k].begin:.4g} and {found[k + 1].end:.4g} s"
     return (
-        f"{how}: the torque is {late.late - early.late:.2g} s later beside the yaw rate from {late.begin:.4g} to "
+        f"{how}: the torque is {late.late - early.late:.2g} s later relative to the yaw rate from {late.begin:.4g} to "
         f"{late.end:.4g} s than from {early.begin:.4g} to {early.end:.4g} s; stamp both with one clock"
     )
 

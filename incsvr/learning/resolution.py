@@ -70,7 +70,7 @@ class ResolutionFault:
     def sentence(self) -> str:
         """What people should know, without the cure."""
         because = (
-            f"a torque every {self.torque_period:.2g} s comes too seldom for this vehicle"
+            f"a torque every {self.torque_period:.2g} s is too seldom for this vehicle"
             if self.late
             else f"smoothing over {self.smoothing:.2g} s is too slow for this vehicle"
         )

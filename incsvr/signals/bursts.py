@@ -33,6 +33,6 @@ def bursts(stamps: Array) -> float | None:
 def in_bursts(name: str, apart: float) -> str:
     """For people, with the cure."""
     return (
-        f"the {name} comes in bursts {apart:.2g} s apart, stamped when they were sent or written: nothing tells when "
-        "each value was measured; stamp each where it is measured"
+        f"the {name} arrives in bursts {apart:.2g} s apart, stamped when sent or written: the time of each measurement "
+        "is unknown; stamp each value where it is measured"
     )

@@ -133,8 +133,8 @@ def decoupled_streams(coupled: Coupled, streams: Streams, smoothing: float) -> t
     known = _known(coupled, streams, time, 0.0, 2.0 * smoothing)
     if known.sum() < 2:
         raise BadInput(
-            f"the streams {', '.join(coupled.streams)}, which the mass matrix asks for, do not come while the torque "
-            f"does, or less often than every {MAX_PAUSE_S:g} s; record them, or leave out the mass matrix"
+            f"the streams {', '.join(coupled.streams)}, which the mass matrix needs, do not arrive with the torque, or "
+            f"less often than every {MAX_PAUSE_S:g} s; record them, or leave out the mass matrix"
         )
     at = time[known]
     motion, angles = motion_at(coupled, streams, at, smoothing)

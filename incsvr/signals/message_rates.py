@@ -52,8 +52,8 @@ class SlowTorque:
     def fault(self) -> str:
         """For people, without the cure."""
         return (
-            f"the torque comes every {self.period:.2g} s, too seldom for a vehicle whose yaw rate changes within "
-            f"{self.scale:.2g} s: what is told between is not known"
+            f"the torque is sampled every {self.period:.2g} s, too seldom for a vehicle whose yaw rate changes within "
+            f"{self.scale:.2g} s: the torque in between is unknown"
         )
 
     @property

@@ -57,7 +57,7 @@ class SignalSettings:
         torque_limit: largest plausible magnitude of the torque [N m].
         torque: "measured", so that it runs on a line from one message to the next, or "commanded", so that it holds
             until the next one; None takes a torque that is too slow for the filter and repeats itself for commanded.
-        channels: further channels that samples wait for from the beginning; others join with their first message.
+        channels: further channels that every sample needs from the beginning; others join with their first message.
     """
 
     inertia: float = 350.0
@@ -78,13 +78,13 @@ class SignalSettings:
             if not (isfinite(value) and value > 0.0):
                 raise BadInput(f"{name} is {value}: give a positive, finite number")
         if self.torque not in (MEASURED, COMMANDED, None):
-            raise BadInput(f"torque is {self.torque}: it is measured, commanded, or None to follow the stream")
+            raise BadInput(f"torque is {self.torque}: give measured, commanded, or None to infer it from the stream")
         if not (isfinite(self.lateness) and self.lateness >= 0.0):
             raise BadInput(f"lateness is {self.lateness}: give zero or a positive, finite number of seconds")
         if self.gap is not None and self.gap > 2.0 * self.smoothing:
             raise BadInput(
                 f"a gap of {self.gap} s is longer than twice the smoothing of {self.smoothing} s, and the filter would "
-                "bridge what it has not seen: raise the smoothing or lower the gap"
+                "bridge unmeasured time: raise the smoothing or lower the gap"
             )
         if self.gap is not None and self.gap >= RUN_PAUSE_S:
             raise BadInput(f"a gap of {self.gap} s would join recordings that are apart: keep it below {RUN_PAUSE_S} s")

@@ -44,7 +44,7 @@ def usable_channels(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
             if twin is None:
                 kept[name] = values
             else:
-                refused[name] = f"it is a copy of {twin}; neither can be told from the other"
+                refused[name] = f"it is a copy of {twin}; the two cannot be distinguished"
     return list(kept), refused
 
 

@@ -54,8 +54,8 @@ def _check_stuck(name: str, time: Array, torque: Array, starts: NDArray[np.intp]
         return
     if float(np.std(torque[first : last + 1])) > MIN_STUCK_TORQUE_SHARE * float(np.std(torque)):
         raise BadInput(
-            f"{name}: yaw_rate stands still from {time[first]:.6g} to {time[last]:.6g} s while the torque varies; "
-            "check the gyro, and leave these cells empty or these rows out"
+            f"{name}: yaw_rate is constant from {time[first]:.6g} to {time[last]:.6g} s while the torque varies; check "
+            "the gyro, and leave these cells empty or these rows out"
         )
 
 

@@ -71,6 +71,6 @@ def sentence(found: Sequence[tuple[float, float]]) -> str:
     where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:MAX_NAMED_SPELLS])
     more = f" and {len(found) - MAX_NAMED_SPELLS} more" if len(found) > MAX_NAMED_SPELLS else ""
     return (
-        f"the thrust does not answer its command with one gain: it differs at {where}{more}; look there at thrusters "
-        "that drop out, at the supply voltage, and at what else draws power"
+        f"the gain from command to thrust is not constant: it differs at {where}{more}; check the thrusters, the "
+        "supply voltage and other loads there"
     )

@@ -53,7 +53,7 @@ def separate(problem: Problem, found: FittedHypothesis, alternative: FittedHypot
     """A sentence with the shortest manoeuvre that tells `found` from `alternative`, or that there is none; its rows."""
     other, step = alternative.hypothesis.parts[-1].name, problem.cells.resolution
     if float(np.ptp(problem.cells.signals.torque)) == 0.0:
-        return f"to tell it from {other}, let the thrusters turn the vehicle: here they stood still", ()
+        return f"to distinguish it from {other}, let the thrusters turn the vehicle: here they were off", ()
     most, best = 0.0, Manoeuvre("", np.empty(0))
     for manoeuvre in manoeuvres(problem):
         expected = _evidence(problem, found, alternative, manoeuvre)
@@ -63,13 +63,13 @@ def separate(problem: Problem, found: FittedHypothesis, alternative: FittedHypot
             )
             beside = f" while {', '.join(read)} sweeps its range" if read else ""
             words = f"{manoeuvre.words}{beside}: expected evidence 2Δℓ ≈ {2 * expected:.0f}"
-            return f"to tell it from {other}, drive {words}", manoeuvre.rows(step)
+            return f"to distinguish it from {other}, drive {words}", manoeuvre.rows(step)
         if expected > most:
             most, best = expected, manoeuvre
     if most < NO_EVIDENCE:
         return hopeless((other,)), ()
     words = f"{best.words}, several times: expected evidence 2Δℓ ≈ {2 * most:.1f} each"
-    return f"to tell it from {other}, drive {words}", best.rows(step)
+    return f"to distinguish it from {other}, drive {words}", best.rows(step)
 
 
 def hopeless(others: Sequence[str]) -> str:
@@ -77,8 +77,8 @@ def hopeless(others: Sequence[str]) -> str:
     if not others:
         return ""
     return (
-        f"no manoeuvre in yaw tells it from {others[0]}: both explain every motion alike; measure one of the two by "
-        "other means (a bollard pull, a pendulum test)"
+        f"no manoeuvre in yaw distinguishes it from {others[0]}: both explain every motion alike; measure one of the "
+        "two by other means (a bollard pull, a pendulum test)"
     )
 
 

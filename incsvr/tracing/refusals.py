@@ -37,8 +37,8 @@ def refuse_too_little_motion(search: Search) -> None:
     least = MIN_IDLE_TURN_DEVIATIONS if idle > MAX_IDLE_SHARE else MIN_TURN_DEVIATIONS
     if unsure > MAX_GAIN_ERROR or fastest < least * scatter:
         raise BadInput(
-            f"too little motion: 99 % of the yaw rates are below {fastest:.2g} rad/s where the gyro scatters by "
-            f"{scatter:.1g}, the torque is next to zero for {idle:.0%} of the time, and what it does would leave the "
+            f"too little motion: 99 % of the yaw rates are below {fastest:.2g} rad/s with a gyro noise of "
+            f"{scatter:.1g}, the torque is near zero for {idle:.0%} of the time, and its effect would leave the "
             f"inertia uncertain by {min(unsure, 9.99):.0%}; drive turns both ways with steps of a quarter, half and "
             f"all of the torque, each held for {max(2.0 * s.scale, 5.0):.0f} s, for ten minutes"
         )

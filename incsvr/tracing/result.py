@@ -131,7 +131,7 @@ def _rejected(search: Search, best: FittedHypothesis) -> list[RejectedEffect]:
                 2.0 * lead.gain / best.inflation, lead.part.vector.size, looked_at * lead.part.effect.multiplicity
             )
             found[name] = RejectedEffect(
-                name, p, search.refused.get(name, "beside what was found it brings too little")
+                name, p, search.refused.get(name, "it improves too little beside the effects found")
             )
     for name, why in search.refused.items():
         if name not in found and name not in best.names:

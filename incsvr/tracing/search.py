@@ -130,14 +130,14 @@ class Search:
         asked = each * max(len(added), 1) + sum(math.log(part.effect.multiplicity) for part in added)
         if found.evidence < asked or found.deviations < STEADY_STANDARD_ERRORS:
             if self.problem.of_innovations:
-                return f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked"
+                return f"on unseen data its evidence is {found.evidence:.3g} of the {asked:.3g} required"
             if found.deviations < VERY_STEADY_STANDARD_ERRORS:
                 return (
-                    f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked, or "
+                    f"on unseen data its evidence is {found.evidence:.3g} of the {asked:.3g} required, or "
                     f"{found.deviations:.2g} of {VERY_STEADY_STANDARD_ERRORS:g} standard errors"
                 )
         if not self.problem.of_innovations and found.share < RELEVANT_ERROR_SHARE:
-            return f"it takes away {found.share:.2%} of the unseen squared error, less than matters"
+            return f"it removes {found.share:.2%} of the squared error on unseen data, less than is relevant"
         return self.objection(new)
 
     def objection(self, tried: FittedHypothesis) -> str:
@@ -160,7 +160,8 @@ class Search:
             if part.effect.acts != "inertia" and moved < RELEVANT_TORQUE_SHARE**2 * usual:
                 yield (
                     k,
-                    f"it moves less than {RELEVANT_TORQUE_SHARE:.0%} of the torque, less than a thrust table is known",
+                    f"it changes less than {RELEVANT_TORQUE_SHARE:.0%} of the torque, which is within the error of a "
+                    "thrust table",
                 )
 
     def _grown(self, best: FittedHypothesis) -> FittedHypothesis | None:

@@ -43,8 +43,8 @@ LABELS = {
 
 
 AHEAD = (
-    "the vehicle turns before its torque is recorded, which no thruster does: the torque's stamps are late by |D| "
-    "against the yaw rate's, or another effect stands behind it"
+    "the vehicle turns before its torque is recorded, which is impossible: the torque's stamps are late by |D| "
+    "against the yaw rate's, or another effect causes it"
 )
 """What a negative delay means."""
 
@@ -77,9 +77,9 @@ def advised(finding: Finding) -> Finding:
     channel = of_channel.split(":", 1)[1]
     return replace(
         finding,
-        next_manoeuvre=f"no manoeuvre in yaw tells it from {finding.cannot_tell_from[0]}: both explain every motion "
-        f"alike; record a run in which {channel} takes other values at the same torques (another place, heading, depth "
-        f"or speed), or leave {channel} out where it is a raw sensor's",
+        next_manoeuvre=f"no manoeuvre in yaw distinguishes it from {finding.cannot_tell_from[0]}: both explain "
+        f"every motion alike; record a run in which {channel} has other values at the same torques (another place, "
+        f"heading, depth or speed), or leave {channel} out if it is a raw sensor's",
     )
 
 
@@ -103,8 +103,8 @@ def of_clocks(signals: Signals) -> tuple[str, ...]:
     if signals.one_clock:
         return ()
     return (
-        "the stamps of the recordings overlap, so each counts its own time: nothing was sought that begins or drifts "
-        "at some time; recordings of one dive need stamps that go on from one to the next",
+        "the stamps of the recordings overlap, so each has its own time: effects that begin or drift were not "
+        "sought; recordings of one dive need stamps that continue from one to the next",
     )
 
 
@@ -113,9 +113,9 @@ def of_loop(loop: Loop) -> tuple[str, ...]:
     if loop is not Loop.OTHER_GYRO:
         return ()
     return (
-        "the torque answers the rate, but this log's gyro does not tell what it will be: the controller reads another "
-        "gyro, or the torque is measured; no effect was sought, because any might be named falsely; log the "
-        "controller's own gyro, or say what the torque is with --torque measured",
+        "the torque responds to the rate, but this log's gyro does not predict the torque: the controller reads "
+        "another gyro, or the torque is measured; no effect was sought, because each might be false; log the "
+        "controller's own gyro, or give --torque measured",
     )
 
 
@@ -151,29 +151,29 @@ def _verdict(found: Trace) -> str:
             return f"the model lacks {names}: on unseen data {errors}"
         if found.error["change"][key]["low"] > 0.0:
             return f"{names} would fit these recordings better, but unseen data speak against it: {errors}"
-        return f"the model may lack {names}, but unseen data do not prove it: {errors}, which chance may do"
+        return f"the model may lack {names}, but unseen data do not prove it: {errors}, which chance explains"
     if found.verdict == "unexplained" and not found.sought:
-        return "no effect was sought: a controller answers another gyro than this log's, or the torque is measured"
+        return "no effect was sought: a controller uses another gyro than this log's, or the torque is measured"
     if found.verdict == "unexplained":
         follows = ", ".join(each.channel for each in found.unexplained)
         of = f", the residual follows {follows}" if follows else ""
-        return f"something is missing that no known effect explains{of}"
+        return f"the model lacks something that no known effect explains{of}"
     left = left_of_torque(found.error)
     if left is not None and left >= MUCH_LEFT_SHARE:
-        return f"no known effect is proven, but the model does not explain the motion: what it leaves is {_share(left)}"
-    return "nothing is missing that these recordings could show"
+        return f"no known effect is proven, but the model does not explain the motion: the residual is {_share(left)}"
+    return "the model lacks nothing that these recordings show"
 
 
 def _limits(found: Trace) -> list[str]:
     """What a reader of the verdict must know beside it."""
     limits, left = list(found.doubts), left_of_torque(found.error)
     if found.verdict != "none" and left is not None and left >= MUCH_LEFT_SHARE:
-        limits.append(f"what the model leaves is {_share(left)}")
+        limits.append(f"the residual is {_share(left)}")
     other = "free_run_rmse" if found.loop == "closed" else "torque_rmse"
     if found.verdict != "none" and found.error["change"][other]["low"] > 0.0:
         limits.append(f"on unseen data {_before_and_after(found.error, other)}")
     if not found.one_clock:
-        limits.append("nothing that begins or drifts at some time was sought: the stamps of the recordings overlap")
+        limits.append("effects that begin or drift were not sought: the stamps of the recordings overlap")
     return limits
 
 

@@ -36,7 +36,7 @@ class Loop(Enum):
 
     OPEN = "nothing answers the rate"
     CLOSED = "a controller answers the rate"
-    OTHER_GYRO = "a controller answers another gyro than the log's, or the torque is measured with noise of its own"
+    OTHER_GYRO = "a controller uses another gyro than the log's, or the torque is measured with noise of its own"
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,7 +43,7 @@ def reading_as(user: str | None) -> Iterator[None]:
     except KeyError:
         raise BadInput(f"--user {user}: there is no such user; `useradd --system {user}` makes one") from None
     if os.geteuid() != 0:
-        raise BadInput(f"--user {user}: only root can look with another user's rights; run this with sudo")
+        raise BadInput(f"--user {user}: only root can check another user's rights; run this with sudo")
     groups, group = os.getgroups(), os.getegid()
     os.initgroups(user, entry.pw_gid)
     os.setegid(entry.pw_gid)
@@ -130,7 +130,10 @@ def _obstacle(path: Path) -> str:
             continue
         mode = f"mode {found.st_mode & 0o777:04o}"
         if place == path:
-            return f"it is {user_name(found.st_uid)}'s, {mode}; `chown {user_name()} {path}` gives it to {user_name()}"
+            return (
+                f"its owner is {user_name(found.st_uid)}, its mode {mode}; `chown {user_name()} {path}` gives it to "
+                f"{user_name()}"
+            )
         return f"the folder {place} is closed to others, {mode}; `chmod a+x {place}` opens it"
     return "the folders above it are closed to others"
 
@@ -141,7 +144,7 @@ def _check_pair(certificate: Path | None, key: Path | None) -> None:
     try:
         ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key)
     except ssl.SSLError as error:
-        raise BadInput(f"{certificate} and {key} are no certificate and its key ({error.reason})") from None
+        raise BadInput(f"{certificate} and {key} are not a certificate and its key ({error.reason})") from None
 
 
 def _check_handshake(endpoint: str, named: dict[str, Path]) -> None:
@@ -152,7 +155,7 @@ def _check_handshake(endpoint: str, named: dict[str, Path]) -> None:
         client_side.load_verify_locations(named["root_ca_certificate"])
     except ssl.SSLError as error:
         raise BadInput(
-            f"{named['root_ca_certificate']} holds no certificate of an authority ({error.reason})"
+            f"{named['root_ca_certificate']} contains no certificate of an authority ({error.reason})"
         ) from None
     host = re.sub(r"^\w+/\[?|\]?:\d+.*$", "", endpoint)
     to_server, to_client = ssl.MemoryBIO(), ssl.MemoryBIO()
@@ -188,6 +191,6 @@ def _check_access(config: zenoh.Config, path: Path, prefixes: Sequence[str]) -> 
                 listen = "".join(f" --listen {each}" for each in endpoints(config, "listen")[:1])
                 every = "".join(f" --prefix {each}" for each in prefixes)
                 raise BadInput(
-                    f"{path}: its access control lets nobody publish {key}; make it for this prefix with "
+                    f"{path}: its access control allows nobody to publish {key}; make keys for this prefix with "
                     f"`incsvr keys {path.parent}{every}{listen} --role learner --replace`"
                 )

@@ -69,8 +69,7 @@ class Client:
         """The answer; where it is a refusal, the question is asked again if `again` says so, else BadInput raised."""
         while True:
             problem = (
-                f"a bus is at {self.where}, but no learner answers for {self.keys.prefix}: "
-                "is the prefix right (--prefix)?"
+                f"a bus is at {self.where}, but no learner answers for {self.keys.prefix}; check the prefix (--prefix)"
             )
             for reply in self.session.get(selector, payload=payload, timeout=2.0):
                 if reply.ok is not None:

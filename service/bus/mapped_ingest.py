@@ -123,8 +123,8 @@ def mapping(config: Config) -> Inputs:
     if inputs.preset not in ("incsvr", None):
         if axis != "yaw" and (inputs.yaw_rate is None or (inputs.torque is None and inputs.thrusters is None)):
             raise BadInput(
-                f"inputs.preset: {inputs.preset} finds the yaw rate and its torque; with vehicle.axis {axis} say where "
-                "that velocity stands in inputs.yaw_rate, and its force in inputs.torque or inputs.thrusters"
+                f"inputs.preset: {inputs.preset} proposes inputs for yaw alone; with vehicle.axis {axis} describe that "
+                "velocity in inputs.yaw_rate, and its force in inputs.torque or inputs.thrusters"
             )
         return inputs
     own = {}

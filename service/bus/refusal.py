@@ -17,7 +17,7 @@ from service.security.certificate_validity import dates, not_yet_valid, now, val
 STEP_TIMEOUT_S = 2.0
 """The time that the other side may take for each step [s]."""
 _NO_TLS = frozenset({"WRONG_VERSION_NUMBER", "RECORD_LAYER_FAILURE", "PACKET_LENGTH_TOO_LONG", "HTTP_REQUEST"})
-_ANOTHER = "on its machine `incsvr keys DIR --role learner --replace` makes another; then start what listens there anew"
+_ANOTHER = "on its machine `incsvr keys DIR --role learner --replace` makes another; then restart the server there"
 
 
 def refusal(config: zenoh.Config) -> str | None:
@@ -52,17 +52,17 @@ def _handshake_sentence(endpoint: str, place: tuple[str, int], tls: Mapping[str,
             return None
     except ssl.SSLCertVerificationError as error:
         return (
-            f"the certificate of what listens at {endpoint} is not accepted: {error.verify_message}; use the files "
-            "that `incsvr keys` made with its own, and the endpoint that they name"
+            f"the certificate of the server at {endpoint} is not accepted: {error.verify_message}; use the files that "
+            "`incsvr keys` made with its own, and the endpoint that they name"
         )
 
 
 def _date_sentence(endpoint: str, der: bytes) -> str | None:
     begins, ends = dates(der)
     if now() > ends:
-        return f"the certificate of what listens at {endpoint} ended on {ends:%Y-%m-%d}: {_ANOTHER}"
+        return f"the certificate of the server at {endpoint} ended on {ends:%Y-%m-%d}: {_ANOTHER}"
     if now() < begins:
-        return not_yet_valid(f"the certificate of what listens at {endpoint}", begins, now())
+        return not_yet_valid(f"the certificate of the server at {endpoint}", begins, now())
     return None
 
 
@@ -81,16 +81,16 @@ def _alert(endpoint: str, error: ssl.SSLError, tls: Mapping[str, Any]) -> str | 
     reason, own = (error.reason or str(error)).replace("_", " ").lower(), tls.get("connect_certificate")
     if own and "alert" in reason and "expired" in reason:
         return (
-            f"what listens at {endpoint} takes the certificate {own} for one of another time, and by the clock here, "
+            f"the server at {endpoint} refuses the certificate {own} as expired, but by this machine's clock, "
             f"{now():%Y-%m-%d %H:%M} UTC, it is valid: set the clock of the other machine (`timedatectl set-ntp true`)"
         )
     if "alert" in reason and ("unknown ca" in reason or "certificate" in reason):
         shown = f"the certificate {own}" if own else "a client without a certificate"
         return (
-            f"what listens at {endpoint} refuses {shown} ({reason}); use the files that `incsvr keys` made with its own"
+            f"the server at {endpoint} refuses {shown} ({reason}); use the files that `incsvr keys` made with its own"
         )
     if error.reason in _NO_TLS:
-        return f"what listens at {endpoint} speaks no TLS; write tcp/ in place of tls/, or use a secured bus"
+        return f"the server at {endpoint} speaks no TLS; write tcp/ in place of tls/, or use a secured bus"
     return None  # such as one that ends just now
 
 

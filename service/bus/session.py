@@ -159,7 +159,7 @@ class BusRefusal(BadInput):
 
 def nobody_at(where: str) -> str:
     """What a client says where no bus is, and the cure."""
-    return f"nobody answers at {where}: start `incsvr serve`, or name its place with --connect"
+    return f"no bus answers at {where}: start `incsvr serve`, or give its endpoint with --connect"
 
 
 def certificates(config: zenoh.Config) -> tuple[Validity, ...]:

@@ -50,12 +50,12 @@ COMMANDS = {
     ),
     "inspect": (
         "service.commands.inspect",
-        "lists what a log of any format holds, and what would be learned from it",
+        "lists the contents of a log of any format, and what would be learned from it",
         "incsvr inspect dive.BIN --topic RCOU",
     ),
     "convert": (
         "service.commands.convert",
-        "writes logs of any format as one recording of ours",
+        "converts logs of any format to one CSV recording",
         "incsvr convert dive.BIN dive.csv",
     ),
     "fit": (

@@ -84,7 +84,7 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
     facts = Table.grid(padding=(0, 2, 0, 0))
     facts.add_column(style="dim", no_wrap=True)
     facts.add_column()
-    facts.add_row("made of it", _made(health, axis))
+    facts.add_row("samples", _made(health, axis))
     facts.add_row("learning", _learning(health))
     if model is None:
         facts.add_row("model", "none yet: the first follows the first batch")

@@ -24,5 +24,5 @@ def iteration_line(report: IterationReport, axis: Axis = YAW) -> str:
 def learning_line(learning: Learning) -> str:
     """That learning goes on, or why it does not."""
     if learning.state == "learning":
-        return f"learning goes on at {learning.since:.1f} s"
+        return f"learning continues at {learning.since:.1f} s"
     return f"learning is {learning.state} since {learning.since:.1f} s: {learning.why}"

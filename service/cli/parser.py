@@ -42,7 +42,7 @@ class Parser(argparse.ArgumentParser):
         found, left = super().parse_known_args(args, namespace)
         if left:
             flag = next((word for word in left if word.startswith("-")), None)
-            self.error(f"it takes no {left[0]!r}" if flag is None else self._no_flag(flag.partition("=")[0]))
+            self.error(f"unexpected argument {left[0]!r}" if flag is None else self._no_flag(flag.partition("=")[0]))
         return found, left
 
     def error(self, message: str) -> NoReturn:
@@ -58,7 +58,7 @@ class Parser(argparse.ArgumentParser):
 
     def _sentence(self, message: str) -> str:
         if found := re.fullmatch(r"the following arguments are required: (.*)", message):
-            example = f", as in `{self.example}`" if self.example else f"; `{self.prog} --help` says what there is"
+            example = f", as in `{self.example}`" if self.example else f"; `{self.prog} --help` lists all"
             return f"{found[1]} is missing{example}"
         where, _, what = message.removeprefix("argument ").partition(": ")
         where = where.rpartition("/")[2]

@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     show = actions.add_parser("show", help="prints the configuration in force, commented")
     add_config_arguments(show)
     add_json_argument(show)
-    check = actions.add_parser("check", help="says what is wrong in a file, and in which line")
+    check = actions.add_parser("check", help="lists the errors of a file, with their lines")
     check.add_argument("file", metavar="FILE", type=Path)
     check.add_argument(
         "--user",
@@ -55,5 +55,5 @@ def _checked(path: Path, user: str | None) -> str:
             read_validation(recording, each, effects)
     said = f"{path}: good; the learner serves {', '.join(prefixes)} {bus}"
     if user is None and os.geteuid() == 0 and config.bus.zenoh_file is not None:
-        said += "; root reads every key, --user incsvr asks whether the unit's user can"
+        said += "; root can read every key: --user incsvr checks the keys as the unit's user"
     return said

@@ -1,4 +1,4 @@
-"""`incsvr convert`: writes logs of any format as one recording of ours."""
+"""`incsvr convert`: converts logs of any format to one CSV recording."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     *logs, out = args.files
     if not logs:
-        raise BadInput(f"{out}: give the logs first and then the CSV that is to be written")
+        raise BadInput(f"{out}: name the logs first, then the CSV to write")
     if out.suffix != ".csv" or out in logs:
         raise BadInput(f"{out}: the last file is the one that is written; name it as in `convert {logs[0]} run.csv`")
     refuse_unwritable(out)
@@ -51,5 +51,5 @@ def _text(recording: Recording, out: Path, notes: list[str]) -> str:
         span = f"{values.min():.4g} to {values.max():.4g}" if values.size else "nothing"
         lines.append(f"  {name:<20} {time.size:8d} values  {span}")
     if ARMED_CHANNEL in recording.columns:
-        lines.append("  `fit` and `tune` take only what was measured while armed is 1")
+        lines.append("  `fit` and `tune` use only the samples where armed is 1")
     return "\n".join([*lines, *(f"  note: {note}" for note in notes)])

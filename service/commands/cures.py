@@ -40,7 +40,7 @@ class Cures:
     @property
     def of_sign(self) -> str:
         """What mends a sign, and the way past the doubt."""
-        return f"{self.turn}, --assume-sign takes both as they are"
+        return f"{self.turn}, --assume-sign uses both as recorded"
 
     def sentence(self, finding: Finding) -> str:
         """The sentence of a finding, with what mends it at a command line."""

@@ -20,7 +20,7 @@ from service.commands.cures import Cures
 from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
-DOUBT_HEADLINE = "the declared inertia and the torque do not fit each other by a factor, see the note"
+DOUBT_HEADLINE = "the declared inertia and the torque disagree by a factor, see the note"
 """What a headline says of a declaration that is doubted."""
 PULSE_RANGE_US = (800.0, 2200.0)
 """A servo's pulse is between these [µs]."""
@@ -61,7 +61,9 @@ class Declaration:
 def add_sign_argument(parser: argparse.ArgumentParser) -> None:
     """Adds `--assume-sign`, the way past a sign that is doubted."""
     parser.add_argument(
-        "--assume-sign", action="store_true", help="the torque's sign is right, whatever the motion seems to say"
+        "--assume-sign",
+        action="store_true",
+        help="use the torque's sign as recorded, even if the motion contradicts it",
     )
 
 
@@ -102,16 +104,15 @@ def judge_declaration(
         return found
     if counts.late or (assume_sign and counts.may_be_late):
         note = (
-            f"the torque acts {counts.delay:.2g} s after its stamps and was taken as late: without that the vehicle "
-            "would seem to turn against its torque; check the clocks of the two streams, or the thrusters' dead time"
+            f"the torque acts {counts.delay:.2g} s after its stamps, and was shifted by this delay: unshifted, the "
+            "vehicle would seem to turn against its torque; check the clocks of the two streams, or the thrusters' "
+            "dead time"
         )
         on_time, unseen_on_time = ([_later(each, counts.delay) for each in of] for of in (runs, unseen))
         return replace(found, runs=on_time, unseen=unseen_on_time, note=note)
     if assume_sign:
         known = "torque and yaw rate count in opposite directions, and no delay up to"
-        return replace(
-            found, sign=f"{known} {DELAYS_S[-1]:g} s explains it; leave out --assume-sign to see what mends it"
-        )
+        return replace(found, sign=f"{known} {DELAYS_S[-1]:g} s explains this; leave out --assume-sign to see the cure")
     either = f", or the torque acts {counts.delay:.2g} s after its stamps" if counts.may_be_late else ""
     opposite = f"torque and yaw rate count in opposite directions{either}"
     return replace(found, sign=f"{opposite}; turn the sign of one of them ({cures.of_sign})")
@@ -122,12 +123,12 @@ def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures) -> str 
     if shown is None or not shown.contradicts(declared):
         return None
     asks = (
-        f"the inertia asks for {shown.asked:.2g} times the torque in this log ({declared:.4g} kg m² declared, about "
-        f"{shown.middle:.2g} kg m² shown by the motion)"
+        f"the declared inertia needs {shown.asked:.2g} times the torque in this log ({declared:.4g} kg m² declared, "
+        f"about {shown.middle:.2g} kg m² by the motion)"
     )
     unit, own = _unit(shown, declared), "declare the vehicle's own with --inertia"
     if MILLISECOND_FACTORS[0] <= shown.middle / declared <= MILLISECOND_FACTORS[1]:
-        return f"{asks}, as where stamps in milliseconds are taken for seconds: give `--column t=t:ms`, or {own}"
+        return f"{asks}, as if stamps in milliseconds were read as seconds: give `--column t=t:ms`, or {own}"
     if unit is not None:
         return f"{unit}: scale it with `{cures.scale}`; {asks}: if the torque is in N m, {own}"
     return f"{asks}: check the inertia, or the torque's unit with `{cures.scale}`; {own}"
@@ -142,7 +143,7 @@ def _unit(shown: ApparentInertia, declared: float) -> str | None:
     if not too_small and MIN_PER_CENT <= reach <= MAX_PER_CENT:
         return f"the torque may be in per cent of full thrust (all within ±{MAX_PER_CENT:g})"
     if not too_small and MAX_PER_CENT < reach <= MAX_PULSE_OFFSET_US:
-        return f"the torque may be a servo's pulse beside its neutral in µs (all within ±{MAX_PULSE_OFFSET_US:g})"
+        return f"the torque may be a servo's pulse minus its neutral, in µs (all within ±{MAX_PULSE_OFFSET_US:g})"
     return None
 
 
@@ -156,7 +157,7 @@ def _refuse_pulses(recording: Recording) -> None:
         return
     raise BadInput(
         f"{recording.name}: the torque looks like a servo's pulse in µs ({low:.4g} to {high:.4g}, about "
-        f"{NEUTRAL_PULSE_US:g}): give the moment in N m in its place, or describe the thrusters in a --config FILE "
+        f"{NEUTRAL_PULSE_US:g}): give the moment in N m instead, or describe the thrusters in a --config FILE "
         "(inputs.thrusters)"
     )
 

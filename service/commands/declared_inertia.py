@@ -18,18 +18,17 @@ from service.recordings.samples_from_recording import signals_for
 
 ESTIMATE = "estimate"
 INERTIA_MISSING = (
-    "the inertia is not known; give --inertia I with the moment of inertia and its added mass in kg m² (from a "
-    "model of the hull, a pendulum test, or the maker), --inertia estimate to take it from these recordings "
-    "where they are open-loop runs, or --config FILE with vehicle.inertia"
+    "the inertia is not known; give --inertia I with the moment of inertia and its added mass in kg m² (from a model "
+    "of the hull, a pendulum test, or the maker), --inertia estimate to estimate it from these recordings if they are "
+    "open-loop runs, or --config FILE with vehicle.inertia"
 )
 ESTIMATE_LIMITS = (
-    "the estimate takes the torque for true and the runs for open loop: a thrust gain of g appears as I/g, "
-    "a delay of the thrusters as inertia"
+    "the estimate assumes a correct torque and open-loop runs: a thrust gain of g appears as I/g, a delay of the "
+    "thrusters as inertia"
 )
 CLOSED_LOOP_DOUBT = (
-    "closed loop: the torque answers what the water does to the yaw rate, so the free run by which the inertia was "
-    "estimated proves nothing, and the estimate may be several percent off; declare the inertia, or record open-loop "
-    "runs"
+    "closed loop: the torque reacts to disturbances of the yaw rate, so a free run cannot validate the estimated "
+    "inertia, which may be several percent off; declare the inertia, or record open-loop runs"
 )
 
 

@@ -47,7 +47,9 @@ TABLE_TIMEOUT_S = 120.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("out"), help="where the recording goes (out)")
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, default=Path("out"), help="folder of the recording (default out)"
+    )
     parser.add_argument(
         "--speed", type=float, default=DEFAULT_SPEED, help=f"times the vehicle's own pace (default {DEFAULT_SPEED:g})"
     )
@@ -55,13 +57,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--seed",
         type=int,
         default=DEFAULT_SEED,
-        help=f"draws what comes on in the third act, of which the learner is not told (default {DEFAULT_SEED})",
+        help=f"selects the effect of the third act, which the learner does not know (default {DEFAULT_SEED})",
     )
     parser.add_argument(
         "--log",
         metavar="FILE.csv",
         type=destination,
-        help="write there a log of five minutes of the simulated vehicle, to try fit and trace on, and play nothing",
+        help="write a log of five minutes of the simulated vehicle, to try fit and trace on, and run no experiment",
     )
     add_json_argument(parser)
 
@@ -143,7 +145,7 @@ def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
     course = _course(out, acts, speed, ("--set", f"simulation.underway={seed}", "--truth", str(truth)), people)
     result = played(course.history, acts.hull_comes) | {"table1": course.table}
     if not truth.exists():
-        raise Failed("the simulator does not tell what came on; see simulate.log")
+        raise Failed("the simulator reported no effect; see simulate.log")
     hidden = json.loads(truth.read_text(encoding="utf-8"))
     result["underway"] = demo_underway.outcome(course.ledger, acts.third, seed, hidden)
     result["rejected"] = {name: count for name, count in course.counters.items() if name.startswith("rejected:")}

@@ -13,10 +13,10 @@ from service.commands.demo_underway import summary as underway
 from service.wire import IterationReport
 
 HEAD = """\
-iter: of the learner, 50 samples each; t: the vehicle's time at its end. Samples
-that were new, or told nothing new: in the tube, near a vector. Vectors
-forgotten, outliers, vectors served. ms: training. Mean absolute error [N m] of
-what is served: on the batch before it is learned, on V1 (no hull), V2 (hull).
+iter: iteration, 50 samples each; t: the vehicle's time at its end. Samples: new
+ones, discarded in the tube, discarded near a vector. Vectors: forgotten,
+outliers, served. ms: training time. Mean absolute error [N m] of the served
+model: on the batch before it is learned, on V1 (no hull), on V2 (hull).
 
 iter   t s   new  tube  near forgot  outliers  vectors     ms  batch   V1   V2"""
 _COUNTS = {"new": 5, "discarded_tube": 5, "discarded_near": 5, "forgotten": 7, "outliers": 9, "support": 8}
@@ -103,8 +103,8 @@ def _table(table: Mapping[str, Any] | None) -> list[str]:
         lines.append(f"{f'{key[0]} on {key[1]}':25s}" + "".join(f"{cell:19s}" for cell in cells).rstrip())
     lines += [
         "B: offline, all samples at once; IncSVR: the learner after its last iteration.",
-        "All by the sum of kernels alone; V1 and V2 above by what is served, which goes",
-        "on beyond the learned rates.",
+        "All by the sum of kernels alone; V1 and V2 above by the served model,",
+        "which extrapolates beyond the learned rates.",
     ]
     if published is not None and published["why"]:
         lines += [line for part in published["why"].splitlines() for line in textwrap.wrap(part, WIDTH)]

@@ -23,8 +23,8 @@ PROOF_S = 60.0
 """Effects prove themselves on so much fresh data [s]."""
 SETTINGS = ("tracing.live=advise", f"tracing.window={WINDOW_S:g}", f"tracing.proof={PROOF_S:g}")
 OPENING_WORDS = """\
-Third act: the vehicle goes on with its hull. At an instant that it tells nobody
-the simulator switches on an effect that its seed draws. The learner advises:"""
+Third act: the vehicle continues with its hull. At a hidden instant the simulator
+switches on an effect, which its seed selects. The learner's findings:"""
 LEDGER_TIMEOUT_S = 40.0
 """How long after the last measurement its traces and proofs are awaited [s], wall time; they take ten."""
 IDLE_S = 0.5
@@ -108,10 +108,10 @@ def summary(act: Mapping[str, Any]) -> list[str]:
         lines += textwrap.wrap(f"{finding['state']}: {finding['sentence']}", WIDTH)
         error = finding.get("error")
         if error:
-            until = f"on data that came after its trace, until {finding['until']:.0f} s:"
+            until = f"on data after its trace, until {finding['until']:.0f} s:"
             lines += textwrap.wrap(f"{until} {errors(error)}", WIDTH, initial_indent="  ", subsequent_indent="  ")
     if not act["found"]:
-        lines.append("The learner has found nothing that it can name.")
+        lines.append("The learner has found no known effect.")
     truth = act["truth"]
     values = ", ".join(
         f"{name} {value:.3g}" if isinstance(value, float) else f"{name} {value}"
@@ -124,12 +124,12 @@ def summary(act: Mapping[str, Any]) -> list[str]:
 
 def _judgement(act: Mapping[str, Any]) -> str:
     if not act["found"]:
-        return "It was not found: the data did not tell it apart from noise within this act."
+        return "It was not found: within this act the data did not distinguish it from noise."
     if not act["right"]:
-        return "What was found is something else: an operator who promoted it would have been misled."
+        return "A different effect was found: an operator who promoted it would have been misled."
     when = next(
         step["t"] for step in act["history"] if step["t"] > act["begins"] and step["step"] in ("suspected", "proven")
     )
     after = when - act["truth"]["since"]
     proven = "proven since" if act["proven"] else "not proven on fresh data until the end"
-    return f"Right: first suspected {after:.0f} s after it came on, and {proven}."
+    return f"Correct: first suspected {after:.0f} s after it began, and {proven}."

@@ -21,7 +21,7 @@ SHOWN_STEPS = 20
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("verb", nargs="?", choices=VERBS, help="decides, as the bus's operator; without it: lists all")
+    parser.add_argument("verb", nargs="?", choices=VERBS, help="decide as the bus's operator; without it: list all")
     parser.add_argument("name", nargs="?", metavar="NAME", help="the effect, such as torque_lag")
     add_question_arguments(parser)
 
@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     except NoAnswer as error:
         if args.verb is None:
             raise
-        raise NoAnswer(f"{error}; on a secured bus the role operator alone may decide") from error
+        raise NoAnswer(f"{error}; on a secured bus only the role operator may decide") from error
     emit(args, ledger.model_dump(mode="json", exclude={"batch"}), text(ledger))
     return 0
 

@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--config",
         type=Path,
         metavar="FILE",
-        help="signals and learner as the service has them; else scaled to the runs",
+        help="use this configuration's signals and learner; else they are scaled to the recordings",
     )
     parser.add_argument(
         "--inputs",
@@ -53,8 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--torque",
         choices=(COMMANDED, MEASURED),
-        help="what the torque is: a command, which holds until the next one, or a measurement (default: told from the "
-        "data, or as configured)",
+        help="whether the torque is a command, constant until the next one, or a measurement (default: inferred "
+        "from the data, or as configured)",
     )
     parser.add_argument(
         "--smoothing",
@@ -62,9 +62,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="width of the filter of both streams [s] (default: scaled to them, or as configured)",
     )
-    parser.add_argument("--policy", choices=("paper", "weighted"), help="which samples are kept")
+    parser.add_argument("--policy", choices=("paper", "weighted"), help="rule that selects the kept samples")
     parser.add_argument(
-        "--write", type=Path, metavar="FILE", help="write a configuration for `serve` there, scaled as this fit is"
+        "--write", type=Path, metavar="FILE", help="write a configuration for `serve` with this fit's scales"
     )
     add_report_argument(parser)
     add_sign_argument(parser)
@@ -131,7 +131,7 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     if args.write is not None:
         of_body = config if coupled is None else _declared(config, inertia, coupled)
         _write(args, of_body.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
-        words += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` learns on with it"
+        words += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` continues with it"
     result = fit.to_dict() | declared_inertia.estimate_in_result(estimate, fit.closed_loop, fit.remarks)
     result["remarks"] = [in_words_of(reading.axis, each) for each in result["remarks"]]
     if reading.axis != YAW:

@@ -64,7 +64,7 @@ def proposal(
     if best is None or (before is not None and best.error > (1.0 - MIN_GAIN_SHARE) * before):
         return f"tried without gain: {', '.join(tried)}" if tried else "the streams are too slow for a narrower filter"
     was = "ran away" if before is None else f"was {before:.3g}"
-    still = f"may still be off by {100.0 * best.share:.0f} %" if best.share > 0.0 else "is then right to a tenth"
+    still = f"may still be off by {100.0 * best.share:.0f} %" if best.share > 0.0 else "is then right within 10 %"
     return (
         f"give {best.flag}: tried on {name}, the free run's error is {best.error:.3g} rad/s with it and {was} without, "
         f"and the curve {still}"

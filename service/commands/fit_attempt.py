@@ -25,10 +25,7 @@ from service.live.effects import TracedEffects
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, samples_of, wanted_streams
 
-EFFECTS_OVER_ONE = (
-    "with traced effects damping is learned over one velocity, over which they were traced; leave out --effects, or "
-    "the further inputs"
-)
+EFFECTS_OVER_ONE = "traced effects apply to damping over one velocity; leave out --effects, or the further inputs"
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +34,7 @@ class Terms:
 
     Attributes:
         learner: its settings; None scales the paper's to the samples.
-        policy: which samples are kept; None as the settings say.
+        policy: rule that selects the kept samples; None as the settings say.
         effects: traced ones that the samples are freed of.
         coupled: the axis in its body, where its mass matrix is declared.
         inputs: the further velocities that damping is learned over.

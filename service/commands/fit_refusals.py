@@ -43,9 +43,9 @@ def of_a_command(
     if measured < batch:
         return None
     return BadInput(
-        f"{joined.name}: {count} damping samples, because the torque is said to be a command: a sample needs one that "
-        f"holds through {2.0 * signals.reach:.2g} s, and here it seldom does; without `--torque commanded` "
-        f"(signals.torque in a configuration) there are {measured}"
+        f"{joined.name}: {count} damping samples, because the torque is declared a command: a sample needs one that is "
+        f"constant for {2.0 * signals.reach:.2g} s, which is rare here; without `--torque commanded` (signals.torque "
+        f"in a configuration) there are {measured}"
     )
 
 
@@ -83,9 +83,9 @@ def refuse_unlearned(
     undriven_at_all = Excitation(0, excitation.samples, excitation.fastest, None)
     made = (undriven_at_all if idle else excitation).sentence
     pushed = None if idle or terms.coupled is not None else other_velocities.coupling_sentence(joined, samples, signals)
-    besides = "" if pushed is None else f"; or other velocities made it: {pushed}; {other_velocities.VELOCITIES_CURE}"
+    besides = "" if pushed is None else f"; or other velocities caused it: {pushed}; {other_velocities.VELOCITIES_CURE}"
     doubted = next((each.findings[0] for each in verdicts if each.findings), None)
     why = f"too little motion to learn from: {made}; {EXCITING_MANOEUVRE}"
     if doubted is not None and not little:
-        why = f"nothing is left to learn from: {cures.sentence(doubted)}"
+        why = f"no samples are usable: {cures.sentence(doubted)}"
     raise BadInput(f"{joined.name}: {why}{besides}")

@@ -31,13 +31,15 @@ CONSTANT_TORQUE_S = 20.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--torque", type=float, metavar="N_M", help="this torque from the last measurement on [N m]")
     parser.add_argument(
-        "--seconds", type=float, help="for so long [s] (default 20 with --torque); without it under the torque of now"
+        "--seconds",
+        type=float,
+        help="duration [s] (default 20 with --torque); without --torque, under the present torque",
     )
     parser.add_argument(
         "--profile",
         type=Path,
         metavar="FILE.csv",
-        help="a torque that is planned: columns t [s since the last measurement] and torque [N m]",
+        help="CSV file of a planned torque: columns t [s since the last measurement] and torque [N m]",
     )
     add_question_arguments(parser)
 
@@ -58,16 +60,14 @@ def run(args: argparse.Namespace) -> int:
 def _without_plan(client: Client, seconds: float | None, axis: Axis) -> tuple[ForecastQuery | None, str | None]:
     """What is asked where no torque is planned, and what is to be known about it.
 
-    While the gyro is heard, there is next to nothing between the last measurement and now.
+    While the gyro works, there is next to nothing between the last measurement and now.
     """
     health = client.ask(client.keys.health, Health)
     torque, rate = (health.streams.get(name, StreamHealth()) for name in ("torque", "yaw_rate"))
-    heard = in_words_of(axis, "the gyro is heard" if axis is YAW else "the yaw rate is heard")
+    heard = in_words_of(axis, "the gyro works" if axis is YAW else "the yaw rate arrives")
     note = f"{heard}: give --torque for a plan, such as --torque 20 --seconds 10"
     if seconds is not None and torque.value is not None:
-        held = in_words_of(
-            axis, f"under the torque of now, {torque.value:.4g} N m, as if it stayed so for {seconds:g} s"
-        )
+        held = in_words_of(axis, f"under the present torque, {torque.value:.4g} N m, constant for {seconds:g} s")
         return _constant(torque.value, seconds), held
     believed = health.learning.state != "paused"
     return None, note if believed and rate.age_s is not None and rate.age_s <= MIN_SILENCE_S else None
@@ -83,7 +83,7 @@ def text(reply: ForecastReply, axis: Axis = YAW) -> str:
     shown = min(SHOWN_ROWS, max(2, round((reply.t[-1] - reply.since) / MIN_ROW_GAP_S)))
     rows = np.unique(np.linspace(0, len(reply.t) - 1, shown).round().astype(int)).tolist()
     for k in rows:
-        left = "" if reply.worth[k] else "   no longer worth having"
+        left = "" if reply.worth[k] else "   too uncertain to be useful"
         lines.append(
             f"{reply.t[k] - reply.since:10.2f}   {reply.rate[k]:14.4f}   {reply.rate_low[k]:<9.4f}   "
             f"{reply.rate_high[k]:<9.4f}   {reply.turned[k]:18.4f}   {reply.turned_low[k]:<9.4f}   "
@@ -105,7 +105,7 @@ def _planned(args: argparse.Namespace) -> ForecastQuery | None:
     if args.torque is not None and args.profile is not None:
         raise BadInput("give either --torque for a constant one or --profile for one that changes, not both")
     if args.seconds is not None and args.profile is not None:
-        raise BadInput("--seconds is for a constant torque; --profile says for how long by its column t")
+        raise BadInput("--seconds is for a constant torque; the column t of --profile gives the duration")
     if args.torque is not None:
         return _constant(args.torque, CONSTANT_TORQUE_S if args.seconds is None else args.seconds)
     if args.profile is None:

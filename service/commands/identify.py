@@ -23,9 +23,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "recordings", nargs="+", type=Path, metavar="RECORDING", help="logs of any format, one dive each"
     )
     parser.add_argument(
-        "--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="unseen dives, for the errors alone"
+        "--validate",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="RECORDING",
+        help="further dives, used for the errors alone",
     )
-    parser.add_argument("--name", default="vehicle", metavar="NAME", help="what the vehicle is called (vehicle)")
+    parser.add_argument("--name", default="vehicle", metavar="NAME", help="name of the vehicle (default vehicle)")
     parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
     parser.add_argument("--write", type=Path, metavar="FILE", help="write the vehicle file there (YAML)")
     add_log_arguments(parser, config=True, axis=False)

@@ -39,7 +39,10 @@ INPUT_UNITS = {RATE: "rad/s", TORQUE: "N m"}
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, default=10.0, help="how long to listen [s] (default 10)")
     parser.add_argument(
-        "--ask", type=float, metavar="HZ", help="first ask a BlueOS vehicle for its attitude and outputs so often"
+        "--ask",
+        type=float,
+        metavar="HZ",
+        help="first ask a BlueOS vehicle to send attitude and outputs at this rate [Hz]",
     )
     add_client_arguments(parser, wait_s=3.0, whom=" to reach the bus")
     add_json_argument(parser)
@@ -48,11 +51,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     if not 0.0 < args.seconds <= 3600.0:
-        raise BadInput(f"--seconds {args.seconds:g}: listen for more than nothing, and for an hour at most")
+        raise BadInput(f"--seconds {args.seconds:g}: give more than 0 s, and an hour at most")
     if args.ask is not None and config.inputs.preset != "blueos":
-        raise BadInput("--ask: only a vehicle with BlueOS is asked for more; say --set inputs.preset=blueos")
+        raise BadInput("--ask: only a vehicle with BlueOS can be asked; add --set inputs.preset=blueos")
     if args.ask is not None and not 0.0 < args.ask <= MAX_ASK_HZ:
-        raise BadInput(f"--ask {args.ask:g}: ask for messages a second, above 0 and at most {MAX_ASK_HZ:g}")
+        raise BadInput(f"--ask {args.ask:g}: give messages a second, above 0 and at most {MAX_ASK_HZ:g}")
     hearing = InputMapper(mapping(config))
     vehicle = config.vehicle
     survey = Survey(hearing, {RATE: vehicle.rate_limit, TORQUE: vehicle.torque_limit})
@@ -79,7 +82,7 @@ def text(config: Config, result: dict[str, Any]) -> str:
         lines.append(_line(name, came[name]))
         lines += wrapped("    doubt: ", came[name]["doubts"])
     lines += [f"{name:<13} {'0':>6}" for name in (RATE, TORQUE) if name not in came]
-    armed = {True: "armed", False: "not armed: nothing would be learned now", None: "nothing says whether it is"}
+    armed = {True: "armed", False: "not armed: nothing would be learned now", None: "unknown"}
     by = f" (by {result['armed_by']})" if result["armed_by"] else ""
     lines += ["", f"armed: {armed[result['armed']]}{by}"]
     if "asked" in result:
@@ -91,7 +94,7 @@ def text(config: Config, result: dict[str, Any]) -> str:
     )
     used = {key for each in came.values() for key in each["keys"]} | {result["armed_by"]}
     others = [f"{key} ({each['rate_hz']:.3g} Hz)" for key, each in result["heard"].items() if key not in used]
-    return "\n".join(lines + wrapped("heard as well: ", [", ".join(others)] if others else []))
+    return "\n".join(lines + wrapped("received as well: ", [", ".join(others)] if others else []))
 
 
 def _line(name: str, came: dict[str, Any]) -> str:
@@ -111,7 +114,7 @@ def _met(config: Config, patience_s: float) -> zenoh.Session:
         try:
             return open_session(client_config_at(bus.connect), patience_s)
         except BadInput as error:
-            raise BadInput(f"{error}; name the place of the vehicle's router with --connect") from None
+            raise BadInput(f"{error}; give the endpoint of the vehicle's router with --connect") from None
     try:
         return open_session(client_config_at(bus.listen))
     except BadInput:
@@ -162,7 +165,7 @@ def _vehicle(hearing: InputMapper, arrivals: Arrivals) -> str:
         if system:
             return system
         pause.wait(POLL_S)
-    raise BadInput("--ask: no vehicle is heard on mavlink/…; is the MAVLink server's Zenoh endpoint on in BlueOS?")
+    raise BadInput("--ask: no vehicle sends on mavlink/…; switch on the Zenoh endpoint of BlueOS's MAVLink server")
 
 
 def _answer(answers: list[bytes]) -> str:
@@ -174,4 +177,4 @@ def _answer(answers: list[bytes]) -> str:
             if accepted is not None:
                 return "accepted" if accepted else "refused"
         pause.wait(POLL_S)
-    return "no answer came"
+    return "no answer"

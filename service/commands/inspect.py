@@ -42,7 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--preset", choices=get_args(Preset), help="what the vehicle speaks")
     parser.add_argument("--column", action="append", default=[], metavar="NAME=FIELD", help="where a quantity stands")
     parser.add_argument("--system", metavar="NAME", help="the vehicle, where a log holds several: 2, or rov2")
-    parser.add_argument("--config", type=Path, metavar="FILE", help="its section inputs says what is in a log")
+    parser.add_argument(
+        "--config", type=Path, metavar="FILE", help="configuration whose section inputs describes the log"
+    )
     parser.add_argument("--topic", metavar="NAME", help="all fields of one topic")
     add_cut_arguments(parser)
     add_json_argument(parser)
@@ -228,7 +230,7 @@ def _proposed(summary: LogSummary) -> list[str]:
     lines += wrapped("  missing: ", proposal.missing.values())
     armed = None if measured is None else _armed(measured)
     if measured is not None:
-        said = "nothing says whether it was armed" if armed is None else "never armed: nothing to learn from"
+        said = "armed state unknown" if armed is None else "never armed: nothing to learn from"
         if armed is not None and armed["ever"]:
             said = f"armed for {armed['seconds']:.4g} s"
         lines.append(f"  armed: {said}")

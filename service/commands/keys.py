@@ -75,36 +75,36 @@ class Place:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("folder", metavar="DIR", type=Path, help="where the files go, such as /etc/incsvr/tls")
+    parser.add_argument("folder", metavar="DIR", type=Path, help="folder of the files, such as /etc/incsvr/tls")
     parser.add_argument(
         "--prefix",
         metavar="KEYS",
         action="append",
-        help="the keys begin with it (leng/yaw); again for further learners",
+        help="prefix of the keys (leng/yaw); again for further learners",
     )
     parser.add_argument(
         "--role", metavar="ROLE", action="append",
-        help=f"this role alone, with the authority that is there; repeatable; of {', '.join(ROLES)}; with --router a "
+        help=f"this role alone, with the existing authority; repeatable; of {', '.join(ROLES)}; with --router a "
         f"vehicle, {ROUTER} or {' or '.join(SHORE_ROLES)}",
     )  # fmt: skip
     parser.add_argument(
         "--router",
         action="store_true",
-        help="for a router that several vehicles share: each vehicle, called as its --prefix begins, has keys of its "
-        "own and may use nothing but its own prefix",
+        help="for a router that several vehicles share: each vehicle, named by the first part of its --prefix, "
+        "has its own keys, which allow its own prefix alone",
     )
     parser.add_argument(
-        "--listen", metavar="ENDPOINT", default=ENDPOINT, help=f"where the learner is met (default {ENDPOINT})"
+        "--listen", metavar="ENDPOINT", default=ENDPOINT, help=f"endpoint of the learner (default {ENDPOINT})"
     )
     parser.add_argument(
-        "--name", metavar="HOST", action="append", default=[], help="a further name or address of it; repeatable"
+        "--name", metavar="HOST", action="append", default=[], help="further name or address of the learner; repeatable"
     )
-    parser.add_argument("--owner", metavar="USER", help="who reads the keys of this run, such as the unit's incsvr")
+    parser.add_argument("--owner", metavar="USER", help="owner of the keys, such as the unit's incsvr")
     parser.add_argument(
-        "--place", metavar="DIR", type=Path, help="where the files will stand on the machines that use them (DIR)"
+        "--place", metavar="DIR", type=Path, help="folder of the files on the machines that use them (DIR)"
     )
     parser.add_argument(
-        "--replace", action="store_true", help="replaces what is there; without --role the authority too"
+        "--replace", action="store_true", help="replace existing files; without --role the authority too"
     )
     add_json_argument(parser)
 
@@ -145,12 +145,12 @@ def make(
     there = (folder / "ca.pem").exists() or (folder / "ca.key").exists()
     if there and only is None and not replace:
         raise BadInput(
-            f"{folder} holds an authority already: name what to add with --role, or replace it and every key with "
+            f"{folder} already contains an authority: name what to add with --role, or replace it and every key with "
             "--replace"
         )
     for role in roles:
         if (folder / f"{role}.key").exists() and not replace:
-            raise BadInput(f"{folder} holds a key of the {role} already; --replace makes a new one")
+            raise BadInput(f"{folder} already contains a key of the {role}; --replace makes a new one")
     if owner is not None:
         _check_owner(owner)
     by = _authority(folder) if there and only is not None else authority()
@@ -260,8 +260,8 @@ def _summary(place: Place, roles: Sequence[str]) -> str:
     lines = [f"{place.folder}: keys for {', '.join(place.prefixes)} at {place.endpoint}, good for {years} years"]
     width = max(len(role) for role in roles)
     lines += [f"  {role:{width}}  {place.sentence(role)}" for role in roles]
-    lines.append("Of each role there are a key (.key), a certificate (.pem) and a Zenoh file (.json5) that names both.")
-    lines.append("A key can be read by its owner alone.")
+    lines.append("Each role has a key (.key), a certificate (.pem) and a Zenoh file (.json5) that names both.")
+    lines.append("Only its owner can read a key.")
     if place.listener in roles and (place.folder / f"{place.listener}.key").stat().st_uid == 0:
         lines[-1] = (
             f"Only root can read the keys. A unit of another user needs --role {place.listener} --owner USER --replace."
@@ -279,5 +279,5 @@ def _summary(place: Place, roles: Sequence[str]) -> str:
     if clients:
         lines.append(f"A client:     incsvr query 0.1 --set bus.zenoh_file={place.used(f'{clients[-1]}.json5')}")
         lines.append("A client's machine needs ca.pem and the three files of its role, in the same folder.")
-    lines.append("Keep ca.key away from the vehicle: who holds it can make every role.")
+    lines.append("Keep ca.key away from the vehicle: whoever has it can make every role.")
     return "\n".join(lines)

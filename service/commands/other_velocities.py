@@ -34,11 +34,11 @@ MASS_MATRIX_HELP = (
 )
 
 EFFECTS_OF_REMAINDER = (
-    "what the body takes is taken from the torque before anything is traced, so that effects of the thrust are looked "
-    "for in what is left of it; the axis's own velocity enters as measured"
+    "Coriolis and coupling moments are subtracted from the torque before tracing, so that effects of the thrust are "
+    "sought in the remainder; the axis's own velocity is used as measured"
 )
 BODY_PARTS = (CORIOLIS, COUPLED_INERTIA, RESTORING)
-VELOCITIES_CURE = "give --mass-matrix, learn over them with --inputs, or let `incsvr trace` name what they do"
+VELOCITIES_CURE = "give --mass-matrix, learn over them with --inputs, or let `incsvr trace` find their effects"
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,10 +75,10 @@ class OtherVelocities:
         share = {name: root_mean_square(part) / torque if torque > 0.0 else 0.0 for name, part in parts.items()}
         used = ", ".join(f"channel {name}" for name in (*coupled.velocities, *coupled.angles)) or "no other velocity"
         taken = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in share.items())
-        remarks = [f"the mass matrix is used with {used}; of the torque's RMS: {taken}"]
+        remarks = [f"the mass matrix is used with {used}; parts of the torque's RMS: {taken}"]
         if coupled.missing:
             unknown = ", ".join(f"channel {name}" for name in coupled.missing)
-            remarks.append(f"taken for zero, because they are not recorded: {unknown}")
+            remarks.append(f"assumed zero, because they are not recorded: {unknown}")
         return OtherVelocities(coupled, share, tuple(remarks))
 
     def to_dict(self) -> dict[str, Any]:
@@ -125,7 +125,7 @@ def coupled_axis(
         mass = tuple(vehicle.inertia if place == own else 0.0 for place in range(len(AXES)))
     matrix = mass_matrix(mass or ())
     if matrix[own, own] <= 0.0:
-        raise BadInput(f"{said}: it has {matrix[own, own]:g} for {axis.name}; give what is to be moved")
+        raise BadInput(f"{said}: it has {matrix[own, own]:g} for {axis.name}; give a number above 0")
     common = set.intersection(*(set(_sampled(each, each.velocities)) for each in recordings))
     common |= set.intersection(*(set(_sampled(each, each.columns)) for each in recordings)) & {*ATTITUDE}
     return Coupled(axis, matrix, tuple(name for name in (*VELOCITIES, *ATTITUDE) if name in common), weights)
@@ -194,7 +194,7 @@ def coupling_of_recordings(recordings: Sequence[Recording], inertia: float) -> s
 def _sentence(found: NeglectedTerms) -> str:
     take = "takes" if len(found.terms) == 1 else "take"
     return (
-        f"the axis is not by itself: {', '.join(found.terms)} {take} about {found.rms:.3g} N m (RMS), "
+        f"the axis is coupled to others: {', '.join(found.terms)} {take} about {found.rms:.3g} N m (RMS), "
         f"{100.0 * found.share:.0f} % of the torque's {found.torque:.3g} N m, which Eq. 5 of one axis counts as damping"
     )
 

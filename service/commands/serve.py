@@ -42,9 +42,9 @@ _ARENA_MAX, _TRIM_THRESHOLD = -8, -1  # of mallopt(3)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
-    parser.add_argument("--listen", metavar="ENDPOINT", help="where to listen, such as tcp/127.0.0.1:7447")
+    parser.add_argument("--listen", metavar="ENDPOINT", help="endpoint to listen at, such as tcp/127.0.0.1:7447")
     parser.add_argument(
-        "--archive", metavar="DIR", type=Path, help="keep all that comes and goes there, as MCAP files that are bounded"
+        "--archive", metavar="DIR", type=Path, help="archive all messages in this folder, as MCAP files of limited size"
     )
 
 

@@ -38,12 +38,14 @@ __all__ = ["add_arguments", "answer", "run", "runs_of", "text", "trace_recording
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_recordings_arguments(
-        parser, "runs for the proof", "declared I [kg m²], or estimate; else vehicle.inertia of --config"
+        parser,
+        "unseen recordings, used for validation alone",
+        "declared I [kg m²], or estimate; else vehicle.inertia of --config",
     )
     parser.add_argument(
         "--torque",
         choices=("commanded", "measured"),
-        help="what the torque is: a command, or a measurement with noise of its own (default: told from the data)",
+        help="whether the torque is a command, or a measurement with its own noise (default: inferred from the data)",
     )
     parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.MASS_MATRIX_HELP)
     add_report_argument(parser)
@@ -51,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--manoeuvre",
         type=destination,
         metavar="FILE.csv",
-        help="write there what to drive next to tell explanations apart (`incsvr simulate --torque` plays it)",
+        help="write a manoeuvre that distinguishes the explanations (`incsvr simulate --torque` plays it)",
     )
     add_sign_argument(parser)
     add_log_arguments(parser, config=True)

@@ -48,7 +48,7 @@ class Part:
         """For people."""
         begin, end = f"{self.begin - self.origin:.6g}", f"{self.end - self.origin:.6g}"
         span = f"from {begin} s on" if self.end == inf else f"from {begin} to {end} s"
-        where = f"{span}, after {' and '.join(self.after)}, the recording by itself"
+        where = f"{span}, after {' and '.join(self.after)}, the rest of the recording"
         if self.trace is None:
             return f"{where} cannot be traced: {self.refused}"
         cut = f"--from {begin}" if self.end == inf else f"--from {begin} --to {end}"

@@ -67,7 +67,7 @@ def sensor_notes(recordings: Sequence[Recording], sensors: Sequence[Sensors], ex
     for recording, said in zip(recordings, sensors, strict=True):
         of_it = [*recording.notes, *said.remarks, *(() if explained else said.of_the_model)]
         if said.heading_reversed:
-            of_it.append("the heading was taken with its sign turned")
+            of_it.append("the heading's sign was inverted")
         sentences += [f"{recording.name}: {sentence}" for sentence in of_it]
     return sentences
 
@@ -110,7 +110,7 @@ def _slow_torque(recording: Recording, inertia: float) -> str | None:
     if quick is None:
         return None
     return (
-        f"torque comes every {quick.torque_period:.2g} s, and the vehicle moves too far meanwhile to tell what acted: "
-        f"a curve on a line between its messages is off by about {100.0 * quick.share:.0f} % at {quick.rate:.2g} "
-        f"rad/s; that nothing is found proves nothing here, log the torque every {quick.yaw_rate_period:.2g} s"
+        f"the torque is sampled every {quick.torque_period:.2g} s, too seldom for this vehicle: linear interpolation "
+        f"between its messages makes the curve about {100.0 * quick.share:.0f} % at {quick.rate:.2g} rad/s; that "
+        f"nothing is found proves nothing here, log the torque every {quick.yaw_rate_period:.2g} s"
     )

@@ -18,7 +18,7 @@ def text(trace: Trace) -> str:
         lines.append(f"  {finding.sentence}")
         if finding.cannot_tell_from:
             rivals = ", ".join(finding.cannot_tell_from)
-            lines.append(f"    these recordings cannot tell it from: {rivals} (either, or both at once)")
+            lines.append(f"    these recordings cannot distinguish it from: {rivals} (either, or both at once)")
         if finding.next_manoeuvre:
             lines.append(f"    next: {finding.next_manoeuvre}")
     lines += [f"  {item.channel} still predicts the residual (p {chance(item.p_value)})" for item in trace.unexplained]
@@ -69,11 +69,11 @@ def _change(value: float) -> str:
 def _proof(trace: Trace) -> str:
     """What the errors on unseen data are worth."""
     if not trace.beats_zero:
-        return "no proof: the free run errs more than a rate of zero"
-    better = "lower beyond chance" if trace.proven else "not lower beyond chance"
+        return "not proven: the error of the free run exceeds that of a zero rate"
+    better = "significantly lower" if trace.proven else "not significantly lower"
     if trace.loop == "closed":
         return (
-            "closed loop: a free run is no proof, because the torque answers the water; the error of the predicted "
-            f"torque on unseen data is {better}"
+            "closed loop: a free run proves nothing, because the torque reacts to disturbances; the error of the "
+            f"predicted torque on unseen data is {better}"
         )
     return f"open loop: the error of the free run on unseen data is {better}"

@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--simulated", type=int, metavar="SEED", help="the simulated Leng's T1 instead of recordings")
     parser.add_argument("--inertia", type=float, metavar="I", help="inertia with added mass [kg m²]")
     parser.add_argument("--config", type=Path, metavar="FILE", help="signals and learner as the service has them")
-    parser.add_argument("--policy", choices=("paper", "weighted"), help="which samples are kept")
+    parser.add_argument("--policy", choices=("paper", "weighted"), help="rule that selects the kept samples")
     parser.add_argument("--last", action="store_true", help="judge after the last step alone, not after every step")
     parser.add_argument("--write", type=Path, metavar="FILE", help="write a configuration with the best point there")
     add_log_arguments(parser)
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
         refuse_unwritable(args.write, "--write")
     config = read_config(args.config)
     if config.further_inputs:
-        raise BadInput("the search is over one velocity; leave learner.inputs out of the configuration for it")
+        raise BadInput("the search is over one velocity; leave learner.inputs out of the configuration")
     name, samples, settings, grid, config = (
         _simulated(args, config) if args.recordings == [] else _recorded(args, config)
     )

@@ -131,7 +131,7 @@ class _Says:
 
     def away(self) -> None:
         if self._said != ("away",):
-            self._console.print(f"the learner of {self._prefix} is away; waiting for it", soft_wrap=True)
+            self._console.print(f"the learner of {self._prefix} does not answer; waiting for it", soft_wrap=True)
             self._said = ("away",)
 
 

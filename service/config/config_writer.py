@@ -12,7 +12,7 @@ from service.wire.json_text import json_text
 HEAD = """\
 # The whole configuration, with its defaults: Leng, the vehicle of the paper. Every line may be left out.
 # A variable goes before the file (INCSVR_LEARNER__POLICY=paper), a flag before both (--set learner.policy=paper).
-# `incsvr config check FILE` says what is wrong and in which line; `incsvr config show` prints what is in force.
+# `incsvr config check FILE` lists errors with their lines; `incsvr config show` prints the values in force.
 """
 
 

@@ -30,12 +30,12 @@ from service.wire.json_text import json_text
 class Config(Section):
     """Everything. `also` holds further learners of the same process: each repeats only what differs."""
 
-    prefix: Prefix = Field(default="leng/yaw", description="the keys begin with it")
+    prefix: Prefix = Field(default="leng/yaw", description="prefix of the keys")
     state: Path | None = Field(default=Path("state"), description="directory of the durable state; null keeps nothing")
     history: int = Field(default=20_000, ge=1, le=10_000_000, description="published revisions kept in it")
     validation: dict[Name, Path] = Field(default={}, description="recordings to measure the error on, by name")
     effects: Path | None = Field(
-        default=None, description="what the model lacks, as `incsvr trace --json FILE` wrote it; null for nothing"
+        default=None, description="effects file written by `incsvr trace --json FILE`; null: none"
     )
     also: tuple[dict[str, Any], ...] = Field(
         default=(), max_length=1000, description="further learners in this process"
@@ -57,8 +57,7 @@ class Config(Section):
             raise ValueError("tracing.live finds the effects itself; leave out either it or effects")
         if self.tracing.on and self.tracing.window < needed:
             raise ValueError(
-                f"tracing.window must hold two batches and the proof, which take {needed:g} s; it is "
-                f"{self.tracing.window:g} s"
+                f"tracing.window must cover two batches and the proof, {needed:g} s; it is {self.tracing.window:g} s"
             )
         return self
 
@@ -173,9 +172,9 @@ def check_inertia(config: Config) -> None:
         lengs = vehicle.name == Vehicle().name and vehicle.axis == Vehicle().axis and learner.inputs.own
         if not vehicle.inertia_said and not lengs:
             raise BadInput(
-                f"{learner.prefix}: the {'mass' if axis.along else 'inertia'} is not known, and that of Leng is no "
-                "other vehicle's; give vehicle.inertia with added mass, or vehicle.mass_matrix (`incsvr fit LOG "
-                "--inertia estimate --write FILE` writes what open-loop runs tell)"
+                f"{learner.prefix}: the {'mass' if axis.along else 'inertia'} is not configured, and the default is "
+                "that of Leng; give vehicle.inertia with added mass, or vehicle.mass_matrix (`incsvr fit LOG "
+                "--inertia estimate --write FILE` estimates it from open-loop runs)"
             )
 
 

@@ -25,9 +25,7 @@ class Bus(Section):
     )
     zenoh_file: Path | None = Field(default=None, description="a Zenoh JSON5 file (TLS, access control), used as it is")
 
-    allow_second: bool = Field(
-        default=False, description="whether it starts although another learner has its prefix on the bus"
-    )
+    allow_second: bool = Field(default=False, description="start although another learner uses the prefix on the bus")
 
     @field_validator("listen")
     @classmethod
@@ -44,7 +42,7 @@ class Signals(Section):
     smoothing: float = Field(
         default=0.12, gt=0.0, le=10.0, description="standard deviation of the Gaussian low-pass [s]"
     )
-    lateness: float = Field(default=0.2, ge=0.0, le=10.0, description="how far out of order a message may come [s]")
+    lateness: float = Field(default=0.2, ge=0.0, le=10.0, description="largest disorder of messages that is sorted [s]")
     gap: float | None = Field(
         default=None,
         gt=0.0,
@@ -53,24 +51,26 @@ class Signals(Section):
     )
     torque: TorqueKind | None = Field(
         default=None,
-        description="measured, or commanded: it holds until the next one; null: commanded where it is slow and repeats",
+        description="measured, or commanded: constant until the next one; null: commanded where it is slow and repeats",
     )
     channels: tuple[Name, ...] = Field(
-        default=(), max_length=MAX_CHANNELS, description="channels that samples wait for"
+        default=(), max_length=MAX_CHANNELS, description="further channels that every sample needs"
     )
 
     @model_validator(mode="after")
     def _bridged(self) -> Self:
         if self.gap is not None and self.gap > 2.0 * self.smoothing:
-            raise ValueError("gap is longer than twice the smoothing: the filter would bridge what it has not seen")
+            raise ValueError("gap is longer than twice the smoothing: the filter would bridge unmeasured time")
         return self
 
 
 class Learner(Section):
     """How it learns; γ, C, ε as tuned in Section IV-B of the paper, the rest from III-C."""
 
-    policy: Literal["paper", "weighted"] = Field(default=LearnerSettings().policy, description="which samples are kept")
-    solver: Literal["exact", "passes"] = Field(default="exact", description="exact, or Eq. 8's passes")
+    policy: Literal["paper", "weighted"] = Field(
+        default=LearnerSettings().policy, description="rule that selects the kept samples"
+    )
+    solver: Literal["exact", "passes"] = Field(default="exact", description="exact, or passes (Eq. 8)")
     gamma: float = Field(default=10.0, gt=0.0, le=1e6, description="kernel width [(rad/s)⁻²]")
     C: float = Field(default=1000.0, gt=0.0, le=1e9, description="bound of a vector's weight [N m]")
     epsilon: float = Field(default=0.1, ge=0.0, le=1e6, description="half height of the tube [N m]")
@@ -86,7 +86,7 @@ class Learner(Section):
         description="velocities that damping is learned over, the axis's own first; docs/several_velocities.md",
     )
     fastest: dict[Name, Positive] = Field(
-        default={}, description="fastest value of a further input, by which it is scaled; else as it was driven"
+        default={}, description="largest value of a further input, its scale; else the largest that was driven"
     )
     near: dict[Name, Positive] = Field(
         default={}, description="a of the inclusion criterion of a further input; else near_rate as a part of fastest"
@@ -108,9 +108,9 @@ class Learner(Section):
 class HealthLimits(Section):
     """When health warns, and where it goes besides."""
 
-    stale_after: Seconds = Field(default=2.0, description="a stream silent for longer makes it STALE [s], wall time")
-    stuck_after: Seconds = Field(default=2.0, description="a yaw rate that stands still for longer is a fault [s]")
-    warn_for: Seconds = Field(default=10.0, description="how long a rejected sample is remembered [s], wall time")
+    stale_after: Seconds = Field(default=2.0, description="silence of a stream that makes health STALE [s], wall time")
+    stuck_after: Seconds = Field(default=2.0, description="a yaw rate that is constant for longer is a fault [s]")
+    warn_for: Seconds = Field(default=10.0, description="how long health shows a rejected sample [s], wall time")
     fresh_for: Seconds = Field(
         default=900.0, description="how long a sample counts as fresh in `learned` [s], vehicle's time"
     )
@@ -131,10 +131,10 @@ class Tracing(Section):
 
     live: Literal["off", "advise", "adopt"] = Field(
         default="off",
-        description="off; advise: says what is found and an operator decides; adopt: takes up what is proven",
+        description="off; advise: reports effects, and an operator decides; adopt: puts proven effects in force",
     )
-    window: Seconds = Field(default=900.0, description="the recent data that are kept for it [s], vehicle's time")
-    proof: Seconds = Field(default=300.0, description="fresh data that effects must prove themselves on [s]")
+    window: Seconds = Field(default=900.0, description="length of the recent data that are traced [s], vehicle's time")
+    proof: Seconds = Field(default=300.0, description="length of the fresh data on which effects are proven [s]")
 
     @field_validator("live", mode="before")
     @classmethod
@@ -151,28 +151,33 @@ class Tracing(Section):
     @model_validator(mode="after")
     def _learned_before(self) -> Self:
         if self.proof > 0.5 * self.window:
-            raise ValueError("proof is more than half the window: too little is left to learn from before it")
+            raise ValueError("proof is more than half the window: the data before it are too few to learn from")
         return self
 
 
 class Archive(Section):
     """Whether all that comes in and goes out is kept, as MCAP files."""
 
-    directory: Path | None = Field(default=None, description="where they are; null keeps none")
-    file_mb: int = Field(default=32, ge=1, le=10_000, description="size at which another file is begun [MB]")
-    most_mb: int = Field(default=2_000, ge=4, le=10_000_000, description="of all learners together; the oldest go [MB]")
+    directory: Path | None = Field(default=None, description="folder of the archives; null: no archive")
+    file_mb: int = Field(default=32, ge=1, le=10_000, description="largest size of a file [MB]")
+    most_mb: int = Field(
+        default=2_000,
+        ge=4,
+        le=10_000_000,
+        description="largest size of the files of all learners [MB]; the oldest are deleted",
+    )
 
     @model_validator(mode="after")
     def _several(self) -> Self:
         if self.most_mb < 2 * self.file_mb + 2:
-            raise ValueError("most_mb must hold two files of file_mb and 2 MB more")
+            raise ValueError("most_mb must be at least two files of file_mb and 2 MB more")
         return self
 
 
 class Simulation(Section):
     """What `incsvr simulate` plays: Leng's experiment and the faults of its sensors."""
 
-    seed: int = Field(default=1, ge=0, le=2**32 - 1, description="the same seed plays the same")
+    seed: int = Field(default=1, ge=0, le=2**32 - 1, description="equal seeds give equal runs")
     runs: tuple[Literal["V1", "T1", "V2", "T2", "planar"], ...] = Field(
         default=("T1", "T2"),
         min_length=1,
@@ -182,9 +187,9 @@ class Simulation(Section):
         default=None,
         ge=0,
         le=2**32 - 1,
-        description="seed of an effect that comes on afterwards, while the vehicle goes on; null: it does not go on",
+        description="seed of an effect that begins in a further act after the runs; null: no further act",
     )
     drop_outs: float = Field(default=0.0, ge=0.0, le=60.0, description="drop-outs of a stream per minute")
     drop_out_length: Seconds = Field(default=1.0, description="mean length of a drop-out [s]")
-    jitter: float = Field(default=0.0, ge=0.0, le=1.0, description="messages come out of order by up to this [s]")
-    duplicates: float = Field(default=0.0, ge=0.0, le=0.5, description="part of the messages that come twice")
+    jitter: float = Field(default=0.0, ge=0.0, le=1.0, description="largest disorder of messages [s]")
+    duplicates: float = Field(default=0.0, ge=0.0, le=0.5, description="share of the messages that are sent twice")

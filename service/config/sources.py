@@ -20,9 +20,11 @@ from service.inputs.presets.defaults import defaults
 
 def add_config_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the flags that every command which speaks on the bus understands."""
-    parser.add_argument("--config", metavar="FILE", type=Path, help="the configuration; without it the defaults (Leng)")
-    parser.add_argument("--connect", metavar="ENDPOINT", help="where the bus is, such as tcp/127.0.0.1:7447")
-    parser.add_argument("--prefix", metavar="KEYS", help="the keys begin with it, such as leng/yaw")
+    parser.add_argument(
+        "--config", metavar="FILE", type=Path, help="configuration file; without it the defaults (Leng)"
+    )
+    parser.add_argument("--connect", metavar="ENDPOINT", help="endpoint of the bus, such as tcp/127.0.0.1:7447")
+    parser.add_argument("--prefix", metavar="KEYS", help="prefix of the keys, such as leng/yaw")
     parser.add_argument(
         "--set", metavar="NAME=VALUE", action="append", default=[], help="one value, such as learner.policy=paper"
     )

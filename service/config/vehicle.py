@@ -15,23 +15,25 @@ from service.config.section import MassMatrix, Metres, Name, Section
 class Vehicle(Section):
     """Whose damping it is."""
 
-    name: Name = Field(default="leng", description="the vehicle; a state of another one is refused")
+    name: Name = Field(default="leng", description="name of the vehicle; a state of another vehicle is refused")
     axis: Literal["surge", "sway", "heave", "roll", "pitch", "yaw"] = Field(
         default="yaw", description="whose velocity and force are learned; m/s, N and kg along an axis"
     )
     inertia: float = Field(default=350.0, gt=0.0, le=1e7, description="dry and added mass about yaw [kg m²]")
     mass_matrix: MassMatrix | None = Field(
         default=None,
-        description="M with added mass, surge to yaw [kg], [kg m²]: its diagonal, or 36 entries row by row, instead of "
-        "inertia; null takes the axis by itself",
+        description="M with added mass, surge to yaw [kg], [kg m²]: its diagonal, or 36 entries row by row, "
+        "instead of inertia; null: the axis alone",
     )
     weight: float | None = Field(
         default=None,
         gt=0.0,
         le=1e9,
-        description="W [N], where weight and buoyancy are no part of the damping",
+        description="weight W [N], to separate restoring moments from the damping",
     )
-    buoyancy: float | None = Field(default=None, gt=0.0, le=1e9, description="B [N]; null where it is the weight")
+    buoyancy: float | None = Field(
+        default=None, gt=0.0, le=1e9, description="buoyancy B [N]; null: equal to the weight"
+    )
     centre_of_gravity: tuple[Metres, Metres, Metres] = Field(
         default=(0.0, 0.0, 0.0), description="from the origin: ahead, to starboard, below [m]"
     )
@@ -39,8 +41,8 @@ class Vehicle(Section):
     rate_range: tuple[float, float] = Field(
         default=(-0.25, 0.25), description="lowest and highest yaw rate it reaches [rad/s]"
     )
-    rate_limit: float = Field(default=1.0, gt=0.0, le=50.0, description="a yaw rate beyond is no measurement [rad/s]")
-    torque_limit: float = Field(default=500.0, gt=0.0, le=1e7, description="a torque beyond is no measurement [N m]")
+    rate_limit: float = Field(default=1.0, gt=0.0, le=50.0, description="largest plausible yaw rate [rad/s]")
+    torque_limit: float = Field(default=500.0, gt=0.0, le=1e7, description="largest plausible torque [N m]")
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -53,7 +55,7 @@ class Vehicle(Section):
     def _weighed(self) -> Self:
         about = [name for name in ("buoyancy", "centre_of_gravity", "centre_of_buoyancy") if _given(self, name)]
         if self.weight is None and about:
-            raise ValueError(f"{about[0]} says nothing without a weight; give weight [N] as well")
+            raise ValueError(f"{about[0]} needs a weight; give weight [N] as well")
         return self
 
     @model_validator(mode="after")

@@ -2,7 +2,7 @@
 
 ERROR: what was learned cannot be kept, or an iteration failed. STALE: a stream is silent for longer than its limit.
 WARN: samples were rejected or lost, the torque hardly moves the vehicle, it moves where the model only extrapolates,
-the yaw rate stands still, an earlier state was set aside, a traced effect had to be left out, learning is starved or
+the yaw rate is constant, an earlier state was set aside, a traced effect had to be left out, learning is starved or
 paused. OK may come with a note: what is taken for zero. Ages are wall time; the clock is injected.
 """
 
@@ -207,7 +207,7 @@ class HealthWatch:
 
     def _errors(self, now: float) -> list[str]:
         unsaved = self._conditions.unsaved
-        errors = [] if unsaved is None else [f"what was learned cannot be kept: {unsaved}"]
+        errors = [] if unsaved is None else [f"the state cannot be saved: {unsaved}"]
         with self._lock:
             if self._failure is not None and now - self._failure[0] <= self._limits.warn_for:
                 errors.append(self._failure[1])
@@ -220,15 +220,15 @@ class HealthWatch:
                 at = self._streams[name].at
                 if at is None:
                     if now - self._started > self._limits.stale_after:
-                        stale.append(f"no {called} has come yet")
+                        stale.append(f"no {called} has arrived yet")
                 elif now - at > self._limits.stale_after:
-                    stale.append(f"the last {called} came {now - at:.1f} s ago")
+                    stale.append(f"the last {called} arrived {now - at:.1f} s ago")
             needed = dict.fromkeys(self._conditions.effect_channels, "the traced effects")
-            needed = dict.fromkeys(self._body, "what it takes of the torque") | needed
+            needed = dict.fromkeys(self._body, "its terms of the mass matrix") | needed
             for name, what in needed.items():
                 at = self._stream(name).at
                 if now - (self._started if at is None else at) > max(self._limits.stale_after, JUMP_S):
-                    stale.append(f"{name} does not come, and without it no sample can be freed of {what}")
+                    stale.append(f"{name} does not arrive, and without it {what} cannot be subtracted")
         return stale
 
     def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:

@@ -69,6 +69,6 @@ class HealthPublisher:
             from service.health.diagnostics import Diagnostics, diagnostics_key
 
             key = key or diagnostics_key(ros_rate or "")
-            log.info("%s: health goes out as diagnostics on %s, too", self._config.prefix, key)
+            log.info("%s: health is also published as diagnostics on %s", self._config.prefix, key)
             self._diagnostics = Diagnostics(self._session, key, self._config.prefix, self._config.vehicle.name)
         self._diagnostics.tell(health)

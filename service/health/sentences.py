@@ -18,7 +18,7 @@ CURES = {
         'a measurement is {"t": 12.34, "value": 0.083}, or {"t": [12.34, 12.36], "value": [0.083, 0.081]}, as JSON'
     ),
     frozenset({"implausible"}): (
-        "a yaw rate beyond vehicle.rate_limit or a torque beyond vehicle.torque_limit is taken for a sensor's fault"
+        "a yaw rate beyond vehicle.rate_limit or a torque beyond vehicle.torque_limit counts as a sensor's fault"
     ),
     frozenset({"wrong_encoding"}): "a measurement has the encoding application/json",
 }
@@ -31,8 +31,8 @@ def taken_for_zero(coupled: Coupled) -> tuple[str, ...]:
         return ()
     unknown = ", ".join(f"channel {stream_of(coupled.axis, name)}" for name in coupled.missing)
     return (
-        f"taken for zero in the vehicle's body, because nothing brings it: {unknown}; publish it and name it "
-        "in signals.channels, or have a learner of that axis in this process",
+        f"assumed zero in the mass matrix's terms, because it is not published: {unknown}; publish it and list it in "
+        "signals.channels, or run a learner of that axis in this process",
     )
 
 
@@ -40,7 +40,7 @@ def rejection_sentences(lately: dict[str, int]) -> list[str]:
     """What was rejected, reason → how many, and what its senders should send."""
     told = []
     if lately.pop("clock_restarted", 0):
-        told.append("the clocks of yaw rate and torque began anew")
+        told.append("the clocks of yaw rate and torque restarted")
     for reason, count in lately.items():
         told.append(f"{count} {'value' if count == 1 else 'values'} rejected: {reason.replace('_', ' ')}")
     return told + [sentence for reasons, sentence in CURES.items() if lately.keys() & reasons]
@@ -51,7 +51,7 @@ def stillness_sentences(rate: StreamMonitor, longest: float) -> list[str]:
     if rate.still_since is not None and rate.t is not None:
         still = rate.t - rate.still_since
         if still > longest:
-            return [f"the yaw rate stands still at {rate.value:g} rad/s for {still:.1f} s"]
+            return [f"the yaw rate is constant at {rate.value:g} rad/s for {still:.1f} s"]
     return []
 
 

@@ -81,7 +81,7 @@ class Starvation:
         self._look(now, received, readings)
         missing = [name for name in REQUIRED if not received.get(name, 0)]
         if missing:
-            self._why = f"no {STREAM_NAMES[missing[0]]} has come yet" if now - since.at >= STARVED_AFTER_S else None
+            self._why = f"no {STREAM_NAMES[missing[0]]} has arrived yet" if now - since.at >= STARVED_AFTER_S else None
         elif fed.samples_seen != since.samples or not all(since.received.get(name, 0) for name in REQUIRED):
             newest = _newest(readings)
             t = min((newest[name] for name in REQUIRED if name in newest), default=0.0)
@@ -98,7 +98,7 @@ class Starvation:
         for name in REQUIRED:
             silent = now - self._last_arrivals[name][1]
             if silent >= SILENT_AFTER_S:
-                return f"the last {STREAM_NAMES[name]} came {silent:.0f} s ago"
+                return f"the last {STREAM_NAMES[name]} arrived {silent:.0f} s ago"
         for name in REQUIRED:
             if readings[name].newest is None or self._pace.get(name) == 0.0:
                 return self._refusal_sentence(name, readings[name], rejected.get(name, {}))
@@ -120,7 +120,8 @@ class Starvation:
         late = [name for name in settings.channels if not (readings[name].newest or 0.0) > torque.newest - JUMP_S]
         if late:
             return (
-                f"samples wait {JUMP_S:g} s for {', '.join(late)}, which signals.channels names and which does not come"
+                f"samples wait {JUMP_S:g} s for {', '.join(late)}, which signals.channels lists and which does not "
+                "arrive"
             )
         advanced = (now - self._since.at) * min(self._pace.get(name, 1.0) for name in REQUIRED)
         if advanced < settings.sample_period + 2.0 * settings.reach + settings.lateness:
@@ -128,10 +129,10 @@ class Starvation:
         if settings.torque == COMMANDED:
             needed = 2.0 * settings.reach + SETTLING_S + (torque.period or 0.0)
             return (
-                f"no command holds for the {needed:.2g} s that a sample needs; set signals.smoothing below "
-                f"{settings.smoothing:g}, hold the commands for longer, or set signals.torque to measured"
+                f"no command is constant for the {needed:.2g} s that a sample needs; set signals.smoothing below "
+                f"{settings.smoothing:g}, keep commands constant for longer, or set signals.torque to measured"
             )
-        return "yaw rate and torque come, but no stretch without a pause is as long as a sample needs"
+        return "yaw rate and torque arrive, but no stretch without a pause is as long as a sample needs"
 
     def _look(self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading]) -> None:
         """When each stream was heard last and, once a second, how fast its clock goes."""
@@ -151,9 +152,9 @@ class Starvation:
         reason = max(grown, key=lambda reason: grown[reason], default="")
         if not reason or grown[reason] <= 0:
             called = STREAM_NAMES[name]
-            return f"the stamps of {called} do not follow one another; stamp it with a clock that goes forward"
-        shown = "" if reading.newest is None else f", and its clock stands at {reading.newest:.1f} s"
-        return f"every {STREAM_NAMES[name]} that comes is refused ({reason.replace('_', ' ')}){shown}"
+            return f"the stamps of {called} do not increase; stamp it with a clock that runs forward"
+        shown = "" if reading.newest is None else f", and its clock stopped at {reading.newest:.1f} s"
+        return f"every {STREAM_NAMES[name]} is refused ({reason.replace('_', ' ')}){shown}"
 
 
 def _newest(readings: Mapping[str, Reading]) -> dict[str, float]:
@@ -166,9 +167,9 @@ def slow_stream(settings: SignalSettings, smoothing: float, readings: Mapping[st
         return None
     name = max(REQUIRED, key=lambda name: readings[name].period or 0.0)
     return (
-        f"{STREAM_NAMES[name]} comes every {readings[name].period or 0.0:.2g} s, so that samples are smoothed over "
-        f"{smoothing:.2g} s instead of {settings.smoothing:g} s and quicker motion is not seen; send it more often, or "
-        f"set signals.smoothing to {smoothing:.2g} if that is what you want"
+        f"{STREAM_NAMES[name]} arrives every {readings[name].period or 0.0:.2g} s, so that samples are smoothed over "
+        f"{smoothing:.2g} s instead of {settings.smoothing:g} s and faster motion is lost; send it more often, or set "
+        f"signals.smoothing to {smoothing:.2g} to accept that"
     )
 
 
@@ -182,7 +183,7 @@ def _apart_sentence(rate: Reading, torque: Reading) -> str:
     if restarted and not set_back:
         return (
             f"the clock of {late} began anew and shows {behind:.1f} s while that of {early} shows {ahead:.1f} s, so "
-            f"that nothing tells which values belong together; {cure}, or restart both"
+            f"that their values cannot be matched; {cure}, or restart both"
         )
     return (
         f"{early} waits for {late}, whose stamps are {ahead - behind:.1f} s behind ({behind:.1f} s and "
@@ -192,7 +193,7 @@ def _apart_sentence(rate: Reading, torque: Reading) -> str:
 
 def _slow_sentence(name: str, period: float, longest: float, settings: SignalSettings) -> str:
     """A stream whose pauses are longer than what is bridged."""
-    pauses = f"comes every {period:.3g} s" if period > 0.8 * longest else f"pauses for {longest:.3g} s"
+    pauses = f"arrives every {period:.3g} s" if period > 0.8 * longest else f"pauses for {longest:.3g} s"
     cure = f"signals.smoothing to {longest:.2g}"
     if settings.gap is not None:
         cure = f"signals.gap to {1.5 * longest:.2g} and {cure}"

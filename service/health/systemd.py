@@ -29,7 +29,7 @@ def tell(state: str) -> None:
             channel.setblocking(False)
             channel.sendto(state.encode(), address)
     except OSError as error:
-        log.warning("systemd could not be told %s: %s", state, error)
+        log.warning("systemd could not be notified of %s: %s", state, error)
 
 
 def stroke_period() -> float | None:

@@ -39,9 +39,9 @@ def assumption(parameters: Mapping[str, float]) -> str | None:
         "a BlueROV2 (frame 1) with motors that turn forward" if "FRAME_CONFIG" in untold else "motors that turn forward"
     )
     return (
-        f"the vehicle has not told {untold[0]}{' and others' if len(untold) > 1 else ''}: taken for {taken}, and the "
-        "torque is wrong where it is not so; let a ground station load the parameters while it is listened to or "
-        "recorded, or write them into inputs.parameters"
+        f"the vehicle has not sent {untold[0]}{' and others' if len(untold) > 1 else ''}: assumed {taken}; otherwise "
+        "the torque is wrong. Let a ground station load the parameters while the vehicle is recorded or listened to, "
+        "or write them into inputs.parameters"
     )
 
 

@@ -86,5 +86,5 @@ class Arming:
         if self.armed:
             return None
         if self.armed is None and not settings.events:
-            return f"nothing has said yet whether the vehicle is armed; {settings.topic} would"
-        return f"the vehicle is not armed (by {settings.topic}), so that there is nothing to learn from"
+            return f"no {settings.topic} has arrived yet, which shows whether the vehicle is armed"
+        return f"the vehicle is not armed (by {settings.topic}), so that nothing is learned"

@@ -35,9 +35,7 @@ def key_expressions(inputs: Inputs) -> tuple[str, ...]:
         BadInput: a topic is no key expression, or the preset has nothing on a bus.
     """
     if inputs.preset not in BUS_PRESETS:
-        raise BadInput(
-            f"inputs.preset: {inputs.preset} is a preset of logs; on a bus take ros2, or blueos where it speaks MAVLink"
-        )
+        raise BadInput(f"inputs.preset: {inputs.preset} is a preset of logs; on a bus use ros2, or blueos for MAVLink")
     wanted = dict.fromkeys(_of_preset(inputs.preset))
     for place in inputs.places():
         for text in expressions(place.topic, inputs.preset):

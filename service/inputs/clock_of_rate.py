@@ -73,13 +73,13 @@ class ClockOfRate:
             stamped: whether its messages bear stamps.
         """
         if not own and stamped:
-            return [f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival count"]
+            return [f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used"]
         lag = self.behind(name)
         if lag is None:
             return []
         return [
             f"the stamps of {name} are {abs(lag):.2g} s {'behind' if lag > 0.0 else 'ahead of'} those of yaw_rate that "
-            "arrive with them; if they are of another clock, set its stamp to arrival"
+            "arrive with them; if they come from another clock, set its stamp to arrival"
         ]
 
     def times_of(self, name: str, stamps: list[float] | None, arrival: float) -> tuple[list[float], bool]:

@@ -125,8 +125,8 @@ def _place(text: str, field: str, topics: Sequence[Topic]) -> tuple[str, str]:
     if len(having) == 1:
         return having[0], field
     if having:
-        raise BadInput(f"--column {text}: {field} is in {', '.join(having[:6])}; say which, as in {having[0]}.{field}")
+        raise BadInput(f"--column {text}: {field} is in {', '.join(having[:6])}; name one, as in {having[0]}.{field}")
     every = [name for topic in topics for name in (*topic.fields, *(f"{topic.name}.{each}" for each in topic.fields))]
     close = difflib.get_close_matches(field, every, n=1)
-    hint = f"did you mean {close[0]}?" if close else "`incsvr inspect FILE` lists what there is"
+    hint = f"did you mean {close[0]}?" if close else "`incsvr inspect FILE` lists all"
     raise BadInput(f"--column {text}: there is no {field}; {hint}")

@@ -201,22 +201,22 @@ class InputMapper:
             found += [doubt] if doubt else []
         if thrusters is not None and self._torque.guessed_voltage(thrusters, self._latest):
             found.append(
-                f"nothing says the battery's voltage: the thrust is taken for that at {T200_NOMINAL_V:g} V; let the "
-                "vehicle send it, or name it in inputs.channels.voltage"
+                f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V; let the vehicle "
+                "send it, or name it in inputs.channels.voltage"
             )
         if inputs.torque is not None and inputs.torque.unit == FRACTION and inputs.torque.scale == 1.0:
-            found.append("the torque is a fraction of full thrust, not N m, until inputs.torque.scale says how much")
+            found.append("the torque is a fraction of full thrust, not N m, until inputs.torque.scale is set")
         for name, own in self.placed.items():
             found += self._clock.doubts(name, own, self._stamped(name))
         able = vehicles.vehicles_with_yaw_rate(named_topics(self.bindings))
         if not self._wanted_vehicle and self._others() & set(able):
             found.append(self._vehicles.note(self._others()))
         elif self._wanted_vehicle and able and self._wanted_vehicle not in able:
-            found.append(f"vehicle {self._wanted_vehicle} (inputs.system) is not heard, but {', '.join(able)}")
+            found.append(f"vehicle {self._wanted_vehicle} (inputs.system) sends nothing, only {', '.join(able)}")
         if self._arming.by_movement and self._resolved.armed is not None:
             found.append(
-                f"{self._resolved.armed.topic} has not said that the vehicle is armed, but its outputs move: it is "
-                "taken for armed"
+                f"{self._resolved.armed.topic} has not reported the vehicle as armed, but its outputs move: it is "
+                "assumed armed"
             )
         return found
 

@@ -157,4 +157,4 @@ def _absent_batteries(topics: Sequence[Topic], known: Mapping[str, SourceBinding
 
 def _cure_on_bus(name: str) -> str:
     """What to do about a quantity of which nothing was heard."""
-    return f"nothing that was heard is the {name}: say where it comes in inputs.{name}, with topic, form and field"
+    return f"no key on the bus was recognised as {name}: describe it in inputs.{name}, with topic, form and field"

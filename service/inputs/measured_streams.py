@@ -57,7 +57,7 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
         BadInput: a topic or a field of it is not there.
     """
     if inputs.yaw_rate is None:
-        raise BadInput("nothing says where the yaw rate stands")
+        raise BadInput("the source of the yaw rate is not given")
     table = _table(inputs.yaw_rate.topic, tables)
     stamps = _stamps(inputs.yaw_rate, inputs.yaw_rate.topic, table)
     clock = Clock.of(_arrival(table, stamps), stamps)
@@ -78,7 +78,7 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
 
 def _table(topic: str, tables: Mapping[str, Table]) -> Table:
     if topic not in tables:
-        raise BadInput(f"there is no topic {topic}; `incsvr inspect FILE` lists what there is")
+        raise BadInput(f"there is no topic {topic}; `incsvr inspect FILE` lists all")
     return tables[topic]
 
 
@@ -104,9 +104,7 @@ def _arrival(table: Table, stamps: Array | None) -> Array:
     """When the messages were written down [s]; their stamps where only they tell."""
     arrival = stamps if table.arrival is None else table.arrival
     if arrival is None:
-        raise BadInput(
-            "nothing says when the rows were measured: name the column of the time, as in --column t=stamp:ms"
-        )
+        raise BadInput("no column of the time is known: name it, as in --column t=stamp:ms")
     return arrival
 
 
@@ -122,9 +120,9 @@ def _times(name: str, source: Source | Thrusters, topic: str, table: Table, cloc
     time, own = clock.times_of(_arrival(table, stamps), stamps, ours)
     unset = 0 if stamps is None else int(np.isnan(stamps).sum())
     if unset and own:
-        notes.append(f"{unset} of {time.size} messages of {topic} bear no stamp: their times of arrival count")
+        notes.append(f"{unset} of {time.size} messages of {topic} have no stamp: their times of arrival are used")
     if stamps is not None and not own:
-        notes.append(f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival count")
+        notes.append(f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used")
     return time
 
 
@@ -206,7 +204,7 @@ def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arr
             return newest_at(
                 arrival, _arrival(table, _stamps(source, source.topic, table))[real], volts[real], volts[real][0]
             )
-    said = f"nothing says the battery's voltage: the thrust is that at {T200_NOMINAL_V:g} V"
+    said = f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V"
     if settings.voltage is None and settings.curve == "t200" and said not in notes:
         notes.append(said)
     return np.full(arrival.size, T200_NOMINAL_V if settings.voltage is None else settings.voltage)
@@ -222,7 +220,7 @@ def _change_sentences(changes: Sequence[Change], clock: Clock) -> list[str]:
             said.append(f"{', '.join(change.parameters)} from {at:.6g} s on{lost}")
     more = f"; and {len(said) - MAX_CHANGES_NAMED} more" if len(said) > MAX_CHANGES_NAMED else ""
     return (
-        [f"parameters changed under way, and count from then on: {'; '.join(said[:MAX_CHANGES_NAMED])}{more}"]
+        [f"parameters changed during the log, and apply from then on: {'; '.join(said[:MAX_CHANGES_NAMED])}{more}"]
         if said
         else []
     )
@@ -255,8 +253,8 @@ def _armed(
     if not armed[0] and moves is not None and moves < time[0]:
         before = np.array([-np.inf, moves]), np.array([False, True])
         notes.append(
-            f"the log began while the vehicle was armed: its outputs move from {moves:.6g} s on, and the first that "
-            f"{settings.topic} says is that it was disarmed, at {time[0]:.6g} s"
+            f"the log began while the vehicle was armed: its outputs move from {moves:.6g} s on, and the first "
+            f"{settings.topic} reports it disarmed, at {time[0]:.6g} s"
         )
     return np.concatenate((before[0], time)), np.concatenate((before[1], armed)).astype(np.float64)
 
@@ -266,7 +264,7 @@ def _by_movement(topic: str, moves: float | None, notes: list[str]) -> Stream:
     if moves is None:
         return np.array([0.0]), np.zeros(1)
     notes.append(
-        f"nothing says whether the vehicle was armed (no {topic} message does), but its outputs move: it is taken for "
-        f"armed from {moves:.6g} s on"
+        f"no {topic} message shows whether the vehicle was armed, but its outputs move: it is assumed armed from "
+        f"{moves:.6g} s on"
     )
     return np.array([-np.inf, moves]), np.array([0.0, 1.0])

@@ -35,15 +35,15 @@ def without_pulse(settings: Thrusters, thrusters: Iterable[int]) -> str:
     places = [output_numbers(settings)[k] for k in silent]
     topic = settings.topics[silent[0]].rpartition("/")[2]
     named = [settings.each[k].field if place is None else str(place) for k, place in zip(silent, places, strict=True)]
-    cure = "let them bear one, or say in SERVOn_FUNCTION or inputs.thrusters which outputs drive the thrusters"
+    cure = "let them carry one, or name in SERVOn_FUNCTION or inputs.thrusters the outputs that drive the thrusters"
     if base(topic) == "SERVO_OUTPUT_RAW" and any(place is not None and place > MAVLINK_1_OUTPUTS for place in places):
         cure = (
-            "MAVLink 1 carries outputs 1 to 8 of a bank alone, so let the link speak MAVLink 2 (SERIALn_PROTOCOL 2), "
-            "take the vehicle's own .BIN, or describe the thrusters in inputs.thrusters where they are on another bank "
+            "MAVLink 1 carries outputs 1 to 8 of a bank alone: set the link to MAVLink 2 (SERIALn_PROTOCOL 2), use "
+            "the vehicle's own .BIN, or describe the thrusters in inputs.thrusters if they are on another bank "
             "(topic: SERVO_OUTPUT_RAW[1])"
         )
     several = len(named) > 1
     return (
         f"output{'s' if several else ''} {', '.join(named)} of {topic} drive{'' if several else 's'} the thrusters and "
-        f"never bear{'' if several else 's'} a pulse: {cure}"
+        f"never carr{'y' if several else 'ies'} a pulse: {cure}"
     )

@@ -31,9 +31,7 @@ Form = Annotated[
 
 ARRIVAL = "arrival"
 """The word in place of the path of a stamp by which the time of arrival counts, whatever stamps a message bears."""
-STAMP_DESCRIPTION = (
-    "path of the stamp in a message, or arrival; empty takes the form's own, or else the time of arrival"
-)
+STAMP_DESCRIPTION = "path of the stamp in a message, or arrival; empty: the form's own, or else the time of arrival"
 
 
 class StampedBy(TypedDict, total=False):
@@ -49,8 +47,8 @@ class Source(Section):
     topic: str = Field(description="topic of a log, key expression on the bus")
     field: str = Field(default="", description="path of the number in a message, such as angular_velocity.z or data[2]")
     unit: str = Field(default="", description="its unit, such as deg/s; empty where it is SI")
-    sign: Sign = Field(default=1, description="-1 where it counts in the other direction")
-    scale: float = Field(default=1.0, description="what it is multiplied by besides")
+    sign: Sign = Field(default=1, description="-1 if it is positive in the other direction")
+    scale: float = Field(default=1.0, description="further factor")
     stamp: str = Field(default="", description=STAMP_DESCRIPTION)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
     form: Form = Field(default="json", description="of a message on the bus: json, keelson, incsvr, cdr:<type>")
@@ -77,7 +75,7 @@ class Armed(Section):
     bit: int | None = Field(default=None, description="armed where this bit of it is set, such as 128")
     equals: float | None = Field(default=None, description="armed where it has this value; else where it is not zero")
     disarmed: float | None = Field(default=None, description="with equals: not armed where it has this value alone")
-    events: bool = Field(default=False, description="it is told on change alone: not armed before the first message")
+    events: bool = Field(default=False, description="it is sent on change alone: not armed before the first message")
     stamp: str = Field(default="", description=STAMP_DESCRIPTION)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
     form: Form = Field(default="json", description="of a message on the bus: json, keelson, incsvr, cdr:<type>")
@@ -87,9 +85,9 @@ class Thruster(Section):
     """One thruster: its command and its share of the moment."""
 
     field: str = Field(default="", description="path of its command in a message, such as servo1_raw")
-    topic: str = Field(default="", description="where its command stands, if not with those of the others")
+    topic: str = Field(default="", description="topic of its command, if not that of the others")
     direction: Sign = Field(default=1, description="-1 where more command is less thrust")
-    arm: float | None = Field(default=None, description="moment about the axis by its thrust [m], with its sign")
+    arm: float | None = Field(default=None, description="lever arm: moment about the axis per thrust [m], signed")
     position: Vector | None = Field(default=None, description="where it is mounted, in the vehicle's axes [m]")
     pushes: Vector | None = Field(default=None, description="the direction in which it pushes the vehicle")
     turned_by: Source | None = Field(
@@ -147,10 +145,12 @@ class Thrusters(Section):
         default=1.0, gt=0.0, description="N at full command, or N s²/rad² of K₁ω|ω| where the curve is quadratic"
     )
     inflow: float = Field(default=0.0, description="K₂ of K₂v|ω| [N s²/(m rad)], with v the channel surge")
-    voltage: float | None = Field(default=None, ge=6.0, le=26.0, description="of the battery, where none is measured")
-    measured_voltage: Source | None = Field(default=None, description="where the battery's voltage stands")
-    axis: Axis = Field(default="yaw", description="along or about which they push: the one that is learned")
-    scale: float = Field(default=1.0, description="what the torque is multiplied by besides")
+    voltage: float | None = Field(
+        default=None, ge=6.0, le=26.0, description="voltage of the battery, where none is measured"
+    )
+    measured_voltage: Source | None = Field(default=None, description="source of the battery's voltage")
+    axis: Axis = Field(default="yaw", description="axis along or about which they push; default: the learned one")
+    scale: float = Field(default=1.0, description="further factor of the torque")
     stamp: str = Field(default="", description=STAMP_DESCRIPTION)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
     form: Form = Field(default="json", description="of a message on the bus: json, keelson, cdr:<type>")
@@ -178,15 +178,17 @@ class Thrusters(Section):
 class Inputs(Section):
     """What is learned from, where it does not come in our own form; what is left out follows the preset."""
 
-    preset: Preset | None = Field(default=None, description="blueos, ros2, keelson, px4 or incsvr; null finds it out")
-    yaw_rate: Source | None = Field(default=None, description="where the yaw rate stands: topic, field, unit, …")
-    torque: Source | None = Field(default=None, description="where the torque stands, if it is measured or told")
-    thrusters: Thrusters | None = Field(default=None, description="or what the thrusters are told, and their arms")
+    preset: Preset | None = Field(default=None, description="blueos, ros2, keelson, px4 or incsvr; null: detected")
+    yaw_rate: Source | None = Field(default=None, description="source of the yaw rate: topic, field, unit, …")
+    torque: Source | None = Field(default=None, description="source of the torque, if it is measured or published")
+    thrusters: Thrusters | None = Field(default=None, description="or the thrusters' commands, and their lever arms")
     channels: dict[Name, Source] = Field(default={}, description="further channels by name")
-    armed: Armed | None = Field(default=None, description="what says that the thrusters may turn")
-    system: str = Field(default="", description="the vehicle, such as 2; empty: the first that is armed and moves")
+    armed: Armed | None = Field(default=None, description="source of the armed state")
+    system: str = Field(
+        default="", description="number of the vehicle, such as 2; empty: the first that is armed and moves"
+    )
     parameters: dict[str, float] = Field(
-        default={}, description="the vehicle's, such as FRAME_CONFIG, where it does not tell them"
+        default={}, description="parameters of the vehicle, such as FRAME_CONFIG, where it does not send them"
     )
 
     @field_validator("system", mode="before")
@@ -213,5 +215,5 @@ class Inputs(Section):
     @model_validator(mode="after")
     def _check_one_torque(self) -> Self:
         if self.torque is not None and self.thrusters is not None:
-            raise ValueError("torque and thrusters both say what the torque is; leave one of them out")
+            raise ValueError("torque and thrusters are both given; leave one of them out")
         return self

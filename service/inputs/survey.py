@@ -66,7 +66,7 @@ class Survey:
         found = dict(self.mapper.missing)
         for name in (RATE, TORQUE):
             if name not in self.records and name not in found:
-                found[name] = f"nothing came of {QUANTITY_WORDS[name]} on {', '.join(self._keys_of(name)) or 'any key'}"
+                found[name] = f"no {QUANTITY_WORDS[name]} arrived on {', '.join(self._keys_of(name)) or 'any key'}"
         if self.mapper.armed is None and self.mapper.why_not is not None:
             found["armed"] = self.mapper.why_not
         return found
@@ -144,14 +144,14 @@ class Survey:
             if finding is not None:
                 found.append(finding.sentence)
             if values.size > 1 and np.ptp(values) < MIN_CHANGE_PART * limit:
-                found.append(f"{QUANTITY_WORDS[name]} stands at {round(values[0], 9):g} all the time")
+                found.append(f"{QUANTITY_WORDS[name]} is constant at {round(values[0], 9):g}")
         if arrival.size > 1 and self.mapper.placed.get(name) is not False and np.ptp(arrival) > 1.0:
             pace = float(np.ptp(t)) / float(np.ptp(arrival))
             unit = next((unit for factor, unit in UNIT_PACES.items() if 0.5 < pace / factor < 2.0), None)
             if unit is not None:
-                found.append(f"its stamps run as fast as {unit}: say stamp_unit")
+                found.append(f"its stamps count {unit}: set stamp_unit")
             elif pace == 0.0:
-                found.append("its stamps stand still: take the time of arrival (stamp: arrival)")
+                found.append("its stamps do not change: use the time of arrival (stamp: arrival)")
         return found
 
     def _against_heading(self) -> str | None:
@@ -169,9 +169,9 @@ class Survey:
         ratio = float(turned @ shown / (shown @ shown))
         if AGREEMENT_RATIOS[0] < ratio < AGREEMENT_RATIOS[1]:
             return None
-        why = "is its unit or that of the heading another?"
+        why = "check its unit and that of the heading"
         if -AGREEMENT_RATIOS[1] < ratio < -AGREEMENT_RATIOS[0]:
-            why = "one of the two counts in the other direction (sign: -1)"
+            why = "one of the two has the opposite sign (sign: -1)"
         return f"it turns {ratio:.2g} times as far as the heading: {why}"
 
 

@@ -58,7 +58,9 @@ def evidence_of_another_vehicle(vehicle: SelfDescription, parameters: Mapping[st
     ):
         value = _enumerated(vehicle.heartbeat, paths)
         if value is not None and value not in (of_ardusub, *_UNSAID):
-            evidence.append(f"its heartbeat says {what} {names.get(value, value) if isinstance(value, int) else value}")
+            evidence.append(
+                f"its heartbeat reports {what} {names.get(value, value) if isinstance(value, int) else value}"
+            )
     firmware = _FIRMWARE.match(vehicle.firmware)
     if firmware:
         evidence.append(f"its firmware is {firmware[1]}")

@@ -62,7 +62,7 @@ class VehicleParameters:
     def note(self, system: str) -> tuple[str, ...]:
         """What a vehicle's parameters changed to under way, in one sentence."""
         changes = self._changes.get(system, ())
-        return (f"parameters changed under way, and count from then on: {', '.join(changes)}",) if changes else ()
+        return (f"parameters changed during the log, and apply from then on: {', '.join(changes)}",) if changes else ()
 
 
 def change_words(name: str, value: float, before: float) -> str:

@@ -161,8 +161,8 @@ class Vehicles:
             alone = not self._with_yaw_rate & set(named)
             why = "the only one that sends its yaw rate" if alone else _REASONS[self._rank(self.chosen)]
         return (
-            f"vehicle {self.chosen} is taken, {why}; vehicle {', '.join(named)} is left alone with all that it sends: "
-            f"--system {named[0]}, or inputs.system in a configuration, takes that one"
+            f"vehicle {self.chosen} is used, {why}; vehicle {', '.join(named)} is ignored: --system {named[0]}, or "
+            "inputs.system in a configuration, selects it"
         )
 
     def _consider(self, system: str) -> bool:
@@ -197,5 +197,5 @@ def named_vehicle(inputs: Inputs) -> str:
 def refuse_unknown(wanted: str, systems: Sequence[str]) -> None:
     """Raises BadInput where a person named a vehicle that is not there."""
     if wanted and wanted not in systems:
-        known = f"but {', '.join(sorted(systems))}" if systems else "where nothing says of which vehicle a message is"
+        known = f"but {', '.join(sorted(systems))}" if systems else "where messages do not name their vehicle"
         raise BadInput(f"--system {wanted} (inputs.system): there is no such vehicle, {known}")

@@ -205,7 +205,7 @@ class Answers:
             name = query.parameters.get(verb)
             if name is not None:
                 raise BadInput(
-                    f"{verb}= is decided on a key of its own, which the role operator alone may ask: "
+                    f"{verb}= has a key of its own, for the role operator alone: "
                     f"{query.key_expr}/{verb}?effect={name[:80]}"
                 )
         questions.parameters(query)
@@ -227,7 +227,7 @@ class Answers:
         """What was served at a time, or published as a revision."""
         further = asked.keys() - {"at", "revision"}
         if "at" in asked and "revision" in asked:
-            raise BadInput("ask either at= a time or for a revision=, not for both")
+            raise BadInput("ask for a time (at=) or for a revision (revision=), not for both")
         if further:
             raise BadInput(f"ask for one revision or {' and '.join(sorted(further))}, not for both")
         if "at" in asked:

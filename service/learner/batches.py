@@ -150,7 +150,7 @@ class Batches:
         """
         with self._lock:
             if self._restarts != clock_restarts:
-                raise BadInput("the vehicle's clock began anew meanwhile")
+                raise BadInput("the vehicle's clock restarted meanwhile")
             streams = {} if self._window is None else self._window.streams()
             synchroniser = Synchroniser(self._settings, self._takes(compensation))
             samples = play(synchroniser, streams)
@@ -189,7 +189,7 @@ class Batches:
 
     @property
     def clock_restarts(self) -> int:
-        """How often the vehicle's clock began anew since this start."""
+        """How often the vehicle's clock restarted since this start."""
         with self._lock:
             return self._restarts
 

@@ -41,7 +41,7 @@ class DampingQuery:
         for name in self.others:
             if name not in known:
                 over = ", ".join((several.own, *known)) if several is not None else "the own velocity alone"
-                raise BadInput(f"{name[:80]}= is asked, but damping is learned over {over}; leave it out")
+                raise BadInput(f"{name[:80]}= is given, but damping is learned over {over}; leave it out")
         if several is None:
             return [self.rate]
         usual = dict(zip(known, several.usual.tolist(), strict=True))
@@ -95,5 +95,5 @@ def parse_numbers(name: str, text: str) -> Numbers:
     except ValueError:
         unit = "rad/s" if name in ("rate", "yaw_rate") else "its unit"
         if "&" in text:
-            raise BadInput(f"{name}={text[:80]}: what is asked is separated by ;, as in rate=0.1;surge=0.5") from None
+            raise BadInput(f"{name}={text[:80]}: separate velocities by ;, as in rate=0.1;surge=0.5") from None
         raise BadInput(f"{name}={text[:80]} is no list of numbers; write them like -0.2,0,0.2 in {unit}") from None

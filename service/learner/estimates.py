@@ -11,15 +11,15 @@ from service.learner.published import check_trained
 from service.learner.stand_in import ForecastFromStart, StandIn
 
 NO_FORECAST_WITH_EFFECTS = (
-    "the traced effects that are in force are not in a forecast yet, so there is none; ask for the damping"
+    "a forecast does not include traced effects yet, so there is none while effects are in force; ask for the damping"
 )
 NO_FORECAST_OVER_SEVERAL = (
-    "the further velocities over which damping is learned are not in a forecast yet, so there is none where "
-    "learner.inputs has several; ask for the damping"
+    "a forecast does not include further velocities yet, so there is none where learner.inputs has several; ask for "
+    "the damping"
 )
 NO_FORECAST_IN_A_BODY = (
-    "what the body's other velocities and its attitude take is not in a forecast yet, so there is none with "
-    "vehicle.mass_matrix or vehicle.weight; ask for the damping"
+    "a forecast does not include coupled axes and restoring moments yet, so there is none with vehicle.mass_matrix or "
+    "vehicle.weight; ask for the damping"
 )
 
 
@@ -86,7 +86,11 @@ def _last(node: LearnerNode, ahead: ForecastFromStart, why: str) -> wire.Estimat
         float(values[-1]) for values in (found.rate, found.rate_half, found.turned, found.turned_half)
     )
     worth, age = bool(found.worth[-1]), float(found.time[-1]) - ahead.start.time
-    left = "" if worth else "; this estimate is no longer worth having: it says no more than what its rates usually are"
+    left = (
+        ""
+        if worth
+        else "; this estimate is too uncertain to be useful: its interval is as wide as the range of the usual rates"
+    )
     return wire.Estimate(
         t=float(found.time[-1]),
         rate=rate,
@@ -98,7 +102,7 @@ def _last(node: LearnerNode, ahead: ForecastFromStart, why: str) -> wire.Estimat
         since=ahead.start.time,
         age_s=age,
         worth=worth,
-        why=f"{why}; the last measurement that counts is {age:.1f} s old{left}",
+        why=f"{why}; the last valid measurement is {age:.1f} s old{left}",
         iteration=node.served.iteration,
         revision=node.served.revision,
     )

@@ -243,5 +243,5 @@ class Host:
     def _decide(self, verb: OperatorVerb, name: str) -> bytes:
         """What an operator decides (`EffectSwitch.decide`)."""
         if self._switch is None:
-            raise BadInput("tracing.live is off here, so nothing is found; set it to advise or adopt")
+            raise BadInput("tracing.live is off here, so no effect is sought; set it to advise or adopt")
         return self._switch.decide(verb, name)

@@ -166,7 +166,7 @@ class LearnerNode:
         size = self._settings.batch
         if len(samples) < size:
             lasts = size * self.config.signals.sample_period
-            raise BadInput(f"the recent data fill no batch to learn from; that takes {lasts:g} s of data")
+            raise BadInput(f"the recent data fill no batch, which takes {lasts:g} s of data")
         guarded = learn_afresh(self._settings, self._vehicle, samples)
         guarded = replace(guarded, learner=replace(guarded.learner, iterations=self._guarded.learner.iterations))
         last, findings = samples.take(slice(len(samples) - size, None)), effects.findings if effects else ()

@@ -135,18 +135,16 @@ class StandIn:
         until = math.inf
         if not believed:
             if not self._believed_ends:
-                raise BadInput("nothing was measured yet that may be believed; ask again after the first iteration")
+                raise BadInput("there is no valid measurement yet; ask again after the first iteration")
             until = self._believed_ends[-1]
         rate, torque = self._stream(YAW_RATE), self._stream(TORQUE)
         if not rate[0].size or not torque[0].size:
-            raise BadInput("no yaw rate or no torque has come since this start; ask again when both have")
+            raise BadInput("no yaw rate or no torque has arrived since the start; ask again when both have")
         newest = float(torque[0][-1])
         grid = self._grid(newest - MEMORY_S, min(until, float(rate[0][-1])), smoothing)
         known = np.flatnonzero(np.isfinite(grid.rate))
         if not known.size:
-            raise BadInput(
-                f"the last yaw rate that may be believed is older than {MEMORY_S:g} s, or never came beside a torque"
-            )
+            raise BadInput(f"the last valid yaw rate is older than {MEMORY_S:g} s, or no torque arrived with it")
         place = int(known[-1])
         start = Start(float(grid.time[place]), float(grid.rate[place]))
         since = torque[0] >= start.time - 2.0 * grid.step

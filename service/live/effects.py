@@ -66,7 +66,7 @@ def read_effects(
     Args:
         path: the file.
         inertia: I, as it is configured [kg m²].
-        channels: the channels that samples wait for.
+        channels: the further channels that every sample needs.
         coupled: the axis in its body, as it is configured; None where it is taken by itself.
 
     Raises:

@@ -22,7 +22,7 @@ DAY_S = 86400.0
 ARMED_CHANNEL = "armed"
 """The channel that says whether the vehicle was armed, often only where that changes."""
 _OF_DAY = re.compile(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?$")
-CUT_HELP = "seconds as the log's stamps count, from its beginning where they count since 1970; or a time of day in UTC"
+CUT_HELP = "seconds of the log's stamps, or from its beginning where stamps count since 1970; or a time of day in UTC"
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,14 +143,14 @@ def instant(text: str) -> Instant:
 def add_cut_arguments(parser: argparse.ArgumentParser) -> None:
     """The flags `--from` and `--to`."""
     parser.add_argument(
-        "--from", dest="cut_from", type=instant, metavar="T", help=f"take the log from there: {CUT_HELP}"
+        "--from", dest="cut_from", type=instant, metavar="T", help=f"begin of the part that is used: {CUT_HELP}"
     )
-    parser.add_argument("--to", dest="cut_to", type=instant, metavar="T", help="take the log up to there")
+    parser.add_argument("--to", dest="cut_to", type=instant, metavar="T", help="end of the part that is used")
 
 
 def empty_cut(cut: Cut, span: Span) -> str:
     """That a cut holds nothing of a log, and what the log spans."""
-    return f"{cut} holds nothing of this log, which spans {span}"
+    return f"{cut} selects no data of this log, which spans {span}"
 
 
 def since_1970(stamps: Array, arrival: Array | None) -> float | None:
@@ -195,7 +195,7 @@ def _stamp(end: Instant, span: Span, after: float) -> float:
     if not end.of_day:
         return end.seconds if end.seconds >= MIN_STAMP_SINCE_1970_S else end.seconds + span.origin
     if span.since_1970 is None:
-        raise BadInput(f"nothing in this log says the time of day {end.text}: give seconds, it spans {span}")
+        raise BadInput(f"this log does not know the time of day {end.text}: give seconds, it spans {span}")
     midnight = (span.first + span.since_1970) // DAY_S * DAY_S
     stamp = midnight + end.seconds - span.since_1970
     goes_on = midnight + DAY_S <= span.last + span.since_1970

@@ -153,11 +153,13 @@ def _of_folder(folder: Path, description: LogDescription) -> Dive:
     if unknown is not None:
         open_any(unknown.path)
         raise BadInput(
-            f"{unknown.path}: nothing in this part says when it was: name its time with --column t=…, or give the "
-            "files of the dive without it"
+            f"{unknown.path}: this part has no time: name its time with --column t=…, or give the files of the dive "
+            "without it"
         )
     if len(formats) > 1:
-        raise BadInput(f"{folder}: it holds logs of several kinds ({', '.join(formats)}); name the files of one kind")
+        raise BadInput(
+            f"{folder}: it contains logs of several kinds ({', '.join(formats)}); name the files of one kind"
+        )
     if len({part.kind for part in parts}) > 1:
         raise BadInput(f"{folder}: some of its logs count since 1970 and others since boot; name the files of one dive")
     ordered = _in_order(parts)

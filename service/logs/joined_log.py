@@ -86,7 +86,7 @@ def refuse_other_vehicles(paths: Sequence[Path], parts: Sequence[Log], joined: L
         here = present_vehicles(part.topics, choice.system)
         if choice.system not in here:
             raise BadInput(
-                f"{path}: this part holds nothing of vehicle {choice.system}, which is taken, but of vehicle "
+                f"{path}: this part has no data of vehicle {choice.system}, which is used, but of vehicle "
                 f"{', '.join(sorted(here))}: parts of one dive are of one vehicle; leave it out"
             )
 

@@ -170,7 +170,7 @@ def _unit(said: ColumnSpec, stamp: str, named: StampUnit, table: Table) -> tuple
     if time is None or said.stamp_unit == "s":
         return "s", []
     guess = guessed_unit(time)
-    return guess, [] if guess == "s" else [f"the time {stamp!r} is taken for {guess}, by its steps"]
+    return guess, [] if guess == "s" else [f"the time {stamp!r} is read as {guess}, by its steps"]
 
 
 def guessed_unit(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StampUnit:

@@ -65,7 +65,7 @@ def refuse_without_numbers(path: Path, log: Log) -> None:
 
 
 def _sentence(name: str, source: Source, looks: str, taken: str) -> str:
-    return f"{name} looks like {looks} and is taken for {taken}: --column {name}={typed_source(source)}:{looks}"
+    return f"{name} looks like {looks} and is read as {taken}: --column {name}={typed_source(source)}:{looks}"
 
 
 def _beyond(name: str, source: Source, streams: Mapping[str, Stream]) -> bool:

@@ -19,7 +19,7 @@ class ULogLog:
 
     def __init__(self, log: Any) -> None:
         self.format = "PX4 ULog"
-        damaged = "the file is damaged: what of it could be read is, as after a logger that lost its power"
+        damaged = "the file is damaged, as after a logger lost its power: its readable part is used"
         self.notes: tuple[str, ...] = (damaged,) if log.file_corruption else ()
         self._data = {numbered(each.name, each.multi_id): each for each in log.data_list}
 

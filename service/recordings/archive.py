@@ -108,7 +108,7 @@ class Archive:
     def notices(self) -> tuple[str, ...]:
         """What is not archived and why, as sentences."""
         if self._problem is not None:
-            return (f"what comes and goes is not archived: {self._problem}",)
+            return (f"messages are not archived: {self._problem}",)
         missing = f"{self._lost} messages are missing in the archive" if self._lost else ""
         return tuple(sentence for sentence in (self._removed, missing) if sentence)
 
@@ -227,7 +227,7 @@ class Archive:
         """The disk takes nothing now."""
         first, problem = self._problem is None, refusal(error, self._directory, OTHER_ARCHIVE)
         if first:
-            log.error("%s: what comes and goes is not archived: %s", self._prefix, problem)
+            log.error("%s: messages are not archived: %s", self._prefix, problem)
         with self._lock:
             self._problem = problem
             self._lost += len(self._waiting)

@@ -77,7 +77,7 @@ class ArchiveReader:
                 f"{paths[0]}: these are archives of {', '.join(sorted(prefixes))}; play one of them at a time"
             )
         if not payloads:
-            raise BadInput(f"{paths[0]}: nothing came in while it was kept")
+            raise BadInput(f"{paths[0]}: no message arrived while it was written")
         topics, encodings = zip(*streams, strict=True)
         times = np.maximum.accumulate(np.array(send))
         name = paths[0].name if len(paths) == 1 else f"{paths[0].name} and {len(paths) - 1} more"

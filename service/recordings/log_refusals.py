@@ -47,6 +47,6 @@ def stillness(rate: Array) -> str | None:
     if fastest >= MIN_TURN_DEVIATIONS * noise:
         return None
     return (
-        f"the yaw rate never leaves its noise (99 % of it are below {fastest:.2g} rad/s where the gyro scatters by "
+        f"the yaw rate never exceeds its noise (99 % of it are below {fastest:.2g} rad/s where the gyro scatters by "
         f"{noise:.1g})"
     )

@@ -27,10 +27,13 @@ def next_manoeuvre(effects: Sequence[Finding], path: Path) -> str:
         if finding.manoeuvre:
             write_manoeuvre(path, finding.manoeuvre)
             lasts = f"{finding.manoeuvre[-1][0]:.4g} s long"
-            return f"{path} holds the manoeuvre that tells {finding.effect} from {finding.cannot_tell_from[0]}, {lasts}"
+            return (
+                f"{path} contains the manoeuvre that distinguishes {finding.effect} from "
+                f"{finding.cannot_tell_from[0]}, {lasts}"
+            )
     if any(finding.cannot_tell_from for finding in effects):
-        return f"{path} is not written: no manoeuvre tells the explanations apart"
-    return f"{path} is not written: nothing was found that another manoeuvre would have to tell from something else"
+        return f"{path} is not written: no manoeuvre distinguishes the explanations"
+    return f"{path} is not written: no finding needs another manoeuvre"
 
 
 def write_manoeuvre(path: Path, rows: Sequence[tuple[float, float]]) -> None:
@@ -68,7 +71,9 @@ def read_manoeuvre(path: Path) -> Profile:
     time, torque = np.array(numbers).T
     backwards = np.flatnonzero(np.diff(time) <= 0.0)
     if backwards.size:
-        raise BadInput(f"{path}, row {backwards[0] + 3}: t does not go on from {time[backwards[0]]:g} s; sort the rows")
+        raise BadInput(
+            f"{path}, row {backwards[0] + 3}: t does not increase after {time[backwards[0]]:g} s; sort the rows"
+        )
     return time, torque
 
 

@@ -164,7 +164,7 @@ class Reading:
         """The streams in the cut as they are, with a channel that says when the vehicle was armed, if anything does."""
         for name in ("yaw_rate", "torque"):
             if name not in measured.streams or not measured.streams[name][0].size:
-                raise BadInput(f"{path}: there is not one value of {name}; `incsvr inspect {path}` shows what there is")
+                raise BadInput(f"{path}: there is no value of {name}; `incsvr inspect {path}` shows what there is")
         time = measured.streams["yaw_rate"][0]
         streams = _later(measured.streams)
         instants = streams["yaw_rate"][0]
@@ -179,7 +179,7 @@ class Reading:
             raise type(error)(f"{path}: {error}") from None
         for name in ("yaw_rate", "torque") if self.cut else ():
             if np.isnan(recording.columns[name]).all():
-                raise BadInput(f"{path}: there is not one value of {name} in the part that {self.cut} takes")
+                raise BadInput(f"{path}: there is no value of {name} in the part that {self.cut} takes")
         time, rate = recording.streams()["yaw_rate"]
         beyond = np.flatnonzero(np.abs(rate) > self.rate_limit)
         if beyond.size:
@@ -201,7 +201,7 @@ def _in_degrees(source: Source | None) -> str:
     """What to type where a yaw rate is in degrees per second and nothing said so."""
     if source is None or source.unit not in ("", "rad/s"):
         return ""
-    return f"; if it is in degrees per second, say so: --column yaw_rate={typed_source(source)}:deg/s"
+    return f"; if it is in degrees per second, give the unit: --column yaw_rate={typed_source(source)}:deg/s"
 
 
 def _several(paths: Sequence[Path]) -> int | None:
@@ -211,15 +211,13 @@ def _several(paths: Sequence[Path]) -> int | None:
 
 def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axis: bool = True) -> None:
     """The flags by which a person says what is in a log; of a configuration, and of an axis."""
-    parser.add_argument(
-        "--preset", choices=get_args(Preset), help="what the vehicle speaks, where the log does not show it"
-    )
+    parser.add_argument("--preset", choices=get_args(Preset), help="preset of the vehicle, if the log does not show it")
     parser.add_argument(
         "--column",
         action="append",
         default=[],
         metavar="NAME=FIELD",
-        help="where a quantity stands: yaw_rate=r:deg/s, torque=-tau, t=stamp:ms (`incsvr inspect` lists the fields)",
+        help="source of a quantity: yaw_rate=r:deg/s, torque=-tau, t=stamp:ms (`incsvr inspect` lists the fields)",
     )
     parser.add_argument("--system", metavar="NAME", help="the vehicle, where a log holds several: 2, or rov2")
     if axis:
@@ -228,7 +226,9 @@ def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axi
         )
     add_cut_arguments(parser)
     if config:
-        parser.add_argument("--config", type=Path, metavar="FILE", help="its section inputs says what is in a log")
+        parser.add_argument(
+            "--config", type=Path, metavar="FILE", help="configuration whose section inputs describes the log"
+        )
 
 
 def _is_ours(path: Path, axis: Axis) -> bool:
@@ -268,7 +268,7 @@ def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recor
     displaced = {name: values[kept] for name, values in recording.displaced.items()}
     for name in ("yaw_rate", "torque"):
         if np.isnan(columns[name]).all():
-            raise BadInput(f"{path}: there is not one value of {name} while the vehicle was armed; give a longer log")
+            raise BadInput(f"{path}: there is no value of {name} while the vehicle was armed; give a longer log")
     notes = recording.notes
     if not kept.all():
         first, last = float(recording.time[0]), float(recording.time[-1])

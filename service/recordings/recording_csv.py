@@ -82,7 +82,7 @@ def read(
     beyond = np.flatnonzero(np.abs(columns[rate]) > rate_limit)
     if beyond.size:
         faster = f"; if the vehicle really turns so fast, raise {limit_is}" if limit_is else ""
-        degrees = f"; if it is in degrees per second, say so: --column {rate}={rate}:deg/s" * (not axis.along)
+        degrees = f"; if it is in degrees per second, give the unit: --column {rate}={rate}:deg/s" * (not axis.along)
         raise BadInput(
             f"{path}, row {rows[beyond[0]]}: {rate} is {columns[rate][beyond[0]]:g}, beyond the plausible "
             f"±{rate_limit:g} {'m/s' if axis.along else 'rad/s'}{degrees}{faster}"

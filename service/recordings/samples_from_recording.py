@@ -166,7 +166,7 @@ def pauses(recording: Recording, gap: float) -> list[str]:
         if long.size:
             found.append(
                 f"{recording.name}: {name} pauses {long.size} times for longer than {gap:g} s, {long.sum():.3g} s in "
-                "all; no sample stands across a pause"
+                "all; no sample spans a pause"
             )
     return found
 
@@ -189,7 +189,7 @@ def wanted_streams(recording: Recording, signals: SignalSettings, with_channels:
     names = (*REQUIRED, *(signals.channels if with_channels else ()))
     for name in names:
         if name not in streams:
-            raise BadInput(f"{recording.name}: there is no channel {name}, for which samples wait; leave it out")
+            raise BadInput(f"{recording.name}: there is no channel {name}, which every sample needs; leave it out")
     measured = (HEADING,) if HEADING in streams and streams[HEADING][0].size else ()
     return {name: streams[name] for name in dict.fromkeys((*names, *measured))}
 

@@ -39,7 +39,7 @@ def read_validation(path: Path, config: Config, effects: TracedEffects | None = 
     further = config.further_inputs if compensation is None and coupled is None else settings.channels
     for name in ("t", *REQUIRED, *further):
         if name in further and name not in columns:
-            raise BadInput(f"{path}: there is no column {name}, for which samples wait; leave this recording out")
+            raise BadInput(f"{path}: there is no column {name}, which every sample needs; leave this recording out")
         if name not in columns:
             raise BadInput(f"{path}: there is no column {name}; a recording has t [s], yaw_rate [rad/s], torque [N m]")
     streams = {}
@@ -49,9 +49,7 @@ def read_validation(path: Path, config: Config, effects: TracedEffects | None = 
     samples, rejected = synchronise(settings, streams, takes_torque(settings, compensation, coupled))
     samples = samples.take(samples.known(config.further_inputs))
     if not len(samples):
-        raise BadInput(
-            f"{path}: no sample could be made of it (rejected: {dict(rejected)}); is it longer than its gaps?"
-        )
+        raise BadInput(f"{path}: it yields no sample (rejected: {dict(rejected)}); is it longer than its gaps?")
     return samples
 
 

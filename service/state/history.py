@@ -115,7 +115,7 @@ class History:
             if found is None:
                 raise NotKept(f"no model is kept from the vehicle's time {t:g} s or before")
             if found.revision != (self.published if following is None else following.previous):
-                lost = f"what followed revision {found.revision} is lost"
+                lost = f"revisions after {found.revision} are lost"
                 raise NotKept(f"what was served at {t:g} s is not kept: {lost}")
             return found
 

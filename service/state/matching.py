@@ -72,7 +72,7 @@ def open_state(path: Path, own: Mapping[str, Any], changing: bool) -> OpenState:
     try:
         kept, memory = file.identity(), file.memory()
         if not (memory is None or isinstance(memory, dict)):
-            raise StateDamage("its memory has not the form of one")
+            raise StateDamage("its memory has a wrong form")
         if changing and memory is not None:
             own = {**own, "effects": memory.get("effects")}
         lost = tuple((int(first), int(last)) for first, last in kept.get(LOST_KEY, ()))

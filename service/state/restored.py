@@ -62,9 +62,9 @@ def restore(memory: Mapping[str, Any] | None, settings: Settings) -> RestoredMem
     if guarded.before is not None:
         _check_model(guarded.before.model, settings)
     if min(state.water.to_list()) < 0.0 or state.recent.yaw_rate.size >= WINDOW_SAMPLES:
-        raise BadInput("its account of what moves the vehicle cannot be")
+        raise BadInput("its record of what moves the vehicle is invalid")
     if min(state.disagreement.claimed, state.disagreement.groups) < 0.0:
-        raise BadInput("its account of how fresh samples disagreed cannot be")
+        raise BadInput("its record of disagreement is invalid")
     json.dumps(guarded.to_dict(), allow_nan=False)
     covered = np.array([-math.inf if t is None else float(t) for t in memory["covered"]])
     if covered.size != settings.bins or np.isnan(covered).any():
@@ -80,24 +80,24 @@ def _check_model(model: Model, settings: Settings) -> None:
     """The model is one that these settings allow."""
     arrays = (model.support_rate, model.support_damping, model.weight, model.count)
     if any(array.shape != model.support_rate.shape or not np.isfinite(array).all() for array in arrays):
-        raise BadInput("its model holds what is no number")
+        raise BadInput("its model contains a value that is no number")
     if (model.gamma, model.C, model.epsilon) != (settings.gamma, settings.C, settings.epsilon):
         raise BadInput("its model was learned under other settings")
     others = () if model.several is None else model.several.others
     if model.is_trained and others != settings.others:
         raise BadInput(f"its model was learned over {', '.join(others) or 'the own velocity alone'}")
     if model.several is not None and not model.several.possible(model.support_rate):
-        raise BadInput("its model's further velocities cannot be")
+        raise BadInput("its model's further velocities are invalid")
     if (model.count <= 0.0).any() or (
         np.abs(model.weight) > settings.C * model.count * (1.0 + WEIGHT_ROUNDING_PART)
     ).any():
-        raise BadInput("its model holds a weight beyond C times the samples that it stands for")
+        raise BadInput("its model contains a weight beyond C times its number of samples")
     if not 0.0 <= model.correlation < 1.0 or min(model.water.to_list()) < 0.0:
-        raise BadInput("its model holds noise that cannot be")
+        raise BadInput("its model contains an invalid noise")
     if not model.spread.possible or not 1.0 <= model.widening < math.inf:
-        raise BadInput("its model holds a doubt that cannot be")
+        raise BadInput("its model contains an invalid uncertainty")
     if model.sigma < 0.0 or not model.certified_error >= 0.0:
-        raise BadInput("its model holds a negative error")
+        raise BadInput("its model contains a negative error")
 
 
 def _check_next_iteration(state: State, settings: Settings) -> None:

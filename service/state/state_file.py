@@ -69,7 +69,7 @@ class StateFile:
         self._path = path
         with _telling_damage():
             if path.is_dir():
-                raise StateDamage("a directory stands in its place")
+                raise StateDamage("a directory is in its place")
             self._identity = _file_identity(path)
             if path.stat().st_size == 0:
                 raise StateDamage("it is empty, as a power cut can leave it")

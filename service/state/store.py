@@ -141,7 +141,7 @@ class Store:
             except StateDamage as error:
                 self._another(str(error))
         elif claim.marked or has_lost_file(self.path):
-            self._another("it is gone, although a learner kept it here")
+            self._another("it is missing, although a learner saved it here")
         else:
             self._create()
 
@@ -183,10 +183,10 @@ class Store:
             said = f"the state {self.path} is lost: {reason}"
         earlier = bring_back(self.path, self._identity, self._changing, self._refused)
         if earlier is None:
-            self._tell(f"{said}; learning begins anew")
+            self._tell(f"{said}; learning starts with an empty model")
             self._create()
         else:
-            self._tell(f"{said}; {earlier.name} fits and was taken up again")
+            self._tell(f"{said}; {earlier.name} fits and was restored")
             self._adopt()
 
     def _create(self, known: StateFile | None = None) -> None:
@@ -243,7 +243,7 @@ class Store:
                 self._read_only = False
             return
         if self.path.exists():
-            log.error("the state that stands in %s was set aside as %s", self.path, set_aside(self.path).name)
+            log.error("the state in %s was set aside as %s", self.path, set_aside(self.path).name)
         try:
             self._create(gone)
         except StateDamage:  # what is gone was emptied before

@@ -75,21 +75,21 @@ def wild(value: Array, here: NDArray[np.bool_], rng: np.random.Generator, share:
 FAULTS: dict[str, tuple[str, dict[str, Change]]] = {
     "rate reversed": ("opposite directions", {"yaw_rate": lambda t, v, here, rng: (t, np.where(here, -v, v))}),
     "torque reversed": ("opposite directions", {"torque": lambda t, v, here, rng: (t, np.where(here, -v, v))}),
-    "torque frozen": ("the torque stands still", {"torque": lambda t, v, here, rng: (t, frozen(v, here))}),
-    "torque zero": ("the torque stands still", {"torque": lambda t, v, here, rng: (t, np.where(here, 0.0, v))}),
-    "gyro frozen": ("the yaw rate stands still", {"yaw_rate": lambda t, v, here, rng: (t, frozen(v, here))}),
+    "torque frozen": ("the torque is constant", {"torque": lambda t, v, here, rng: (t, frozen(v, here))}),
+    "torque zero": ("the torque is constant", {"torque": lambda t, v, here, rng: (t, np.where(here, 0.0, v))}),
+    "gyro frozen": ("the yaw rate is constant", {"yaw_rate": lambda t, v, here, rng: (t, frozen(v, here))}),
     "gyro frozen, last bit toggles": (
-        "the yaw rate stands still",
+        "the yaw rate is constant",
         {"yaw_rate": lambda t, v, here, rng: (t, frozen(v, here) + 1e-6 * here * rng.integers(0, 2, t.size))},
     ),
     "gyro clipped": (
-        "the yaw rate stands still",
+        "the yaw rate is constant",
         {"yaw_rate": lambda t, v, here, rng: (t, np.where(here, np.clip(v, -0.14, 0.14), v))},
     ),
     "gyro's zero": ("the gyro's zero moved", {"yaw_rate": lambda t, v, here, rng: (t, v + 0.05 * here)}),
     "outliers, gyro": ("outliers", {"yaw_rate": lambda t, v, here, rng: (t, wild(v, here, rng, 0.2))}),
     "outliers, torque": ("outliers", {"torque": lambda t, v, here, rng: (t, wild(v, here, rng, 0.2))}),
-    "torque late": ("s later against the yaw rate", {"torque": lambda t, v, here, rng: (t + 2.0 * here, v)}),
+    "torque late": ("s late against the yaw rate", {"torque": lambda t, v, here, rng: (t + 2.0 * here, v)}),
 }
 
 
@@ -184,7 +184,7 @@ def test_a_yaw_rate_that_falls_to_zero_for_moments_is_told() -> None:
         return t, np.where(here & (t % 10.0 < 1.0), 0.0, v)
 
     state, verdicts = guided(streams({"yaw_rate": loose}))
-    assert any("the yaw rate leaps" in finding.sentence for verdict in verdicts for finding in verdict.findings)
+    assert any("the yaw rate jumps" in finding.sentence for verdict in verdicts for finding in verdict.findings)
     assert error(state) < 1.5 * max(sound_error(), 1.0)
 
 

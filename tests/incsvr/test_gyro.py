@@ -34,7 +34,7 @@ def test_a_stuck_gyro_is_named_from_when_to_when(step: float) -> None:
     here = (time >= 100.0) & (time < 160.0)
     stuck = np.where(here, rate[here][0], rate)
     first, last = time[here][[0, -1]]
-    with pytest.raises(BadInput, match=f"stands still from {first:.6g} to {last:.6g} s .*check the gyro"):
+    with pytest.raises(BadInput, match=f"is constant from {first:.6g} to {last:.6g} s .*check the gyro"):
         check_gyro("run", time, stuck, torque)
     # ten samples are no fault, whatever they hide
     check_gyro("run", time, np.where((time >= 100.0) & (time < 100.5), rate[0], rate), torque)

@@ -88,7 +88,7 @@ def test_without_a_learner_a_recording_and_a_simulation_say_the_same(
     run: Path, capsys: pytest.CaptureFixture[str], bus: bool
 ) -> None:
     endpoint = free_endpoint()
-    cure = "no learner answers for leng/yaw; start `incsvr serve`" if bus else f"nobody answers at {endpoint}: start"
+    cure = "no learner answers for leng/yaw; start `incsvr serve`" if bus else f"no bus answers at {endpoint}: start"
     with open_session(listener_config_at(endpoint)) if bus else nullcontext():
         for command in (["replay", str(run)], ["simulate", "--set", "simulation.runs=[V2]"]):
             assert main([*command, "--connect", endpoint, "--wait", "0.1"]) == 2

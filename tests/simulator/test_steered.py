@@ -54,7 +54,7 @@ def test_the_manoeuvre_that_tells_a_tie_apart_is_a_file_that_is_read_again(
     write(log, outcome.recording)
     assert main(["trace", str(log), "--inertia", str(outcome.inertia), "--manoeuvre", str(path)]) == 0
     said = capsys.readouterr().out
-    assert f"{path} holds the manoeuvre that tells torque_delay from torque_lag" in said
+    assert f"{path} contains the manoeuvre that distinguishes torque_delay from torque_lag" in said
     time, torque = read_manoeuvre(path)
     assert f"{time[-1]:.4g} s long" in said
     assert time[0] == 0.0
@@ -69,8 +69,10 @@ def test_the_rows_of_a_manoeuvre_are_its_changes() -> None:
 
 def test_where_no_manoeuvre_helps_none_is_written(tmp_path: Path) -> None:
     path = tmp_path / "next.csv"
-    assert "no manoeuvre tells" in next_manoeuvre([finding("no manoeuvre in yaw tells it from x")], path)
-    assert "nothing was found" in next_manoeuvre([], path)
+    assert "no manoeuvre distinguishes" in next_manoeuvre(
+        [finding("no manoeuvre in yaw distinguishes it from x")], path
+    )
+    assert "no finding needs" in next_manoeuvre([], path)
     assert not path.exists()
 
 
@@ -99,7 +101,7 @@ def test_the_vehicle_does_what_the_file_says(tmp_path: Path) -> None:
         ("t,torque\n0,1\n1,x\n", "row 3: t and torque must be two numbers"),
         ("t,torque\n0,1\n1\n", "row 3: t and torque must be two numbers"),
         ("t,torque\n0,1\nnan,1\n", "row 3: t and torque must be two numbers"),
-        ("t,torque\n0,1\n2,1\n1,1\n", "row 4: t does not go on"),
+        ("t,torque\n0,1\n2,1\n1,1\n", "row 4: t does not increase"),
     ],
 )
 def test_a_file_that_is_no_manoeuvre_is_refused(text: str, reason: str, tmp_path: Path) -> None:

@@ -127,14 +127,14 @@ def test_what_limits_a_verdict_is_in_the_headline_of_terminal_and_page(found: Tr
             replace(found, proven=False, error=grown),
         "the model may lack bias_torque, but unseen data do not prove it":
             replace(found, proven=False, error=changed(change={**found.error["change"], "free_run_rmse": chance})),
-        "the model does not explain the motion: what it leaves is 87 % of the torque":
+        "the model does not explain the motion: the residual is 87 % of the torque":
             replace(found, verdict="none", effects=(), proven=False, error=much),
-        "nothing is missing that these recordings could show": replace(found, verdict="none", effects=(), proven=False),
-        "what the model leaves is 87 % of the torque": replace(found, error=much),
+        "the model lacks nothing that these recordings show": replace(found, verdict="none", effects=(), proven=False),
+        "the residual is 87 % of the torque": replace(found, error=much),
         "on unseen data the torque's error": replace(
             found, error=changed(change={**found.error["change"], "torque_rmse": worse})
         ),
-        "nothing that begins or drifts at some time was sought": replace(found, one_clock=False),
+        "effects that begin or drift were not sought": replace(found, one_clock=False),
         "the inertia is doubted": replace(found, doubts=("the inertia is doubted",)),
     }  # fmt: skip
     for said, case in cases.items():

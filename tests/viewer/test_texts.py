@@ -65,7 +65,7 @@ def test_the_vehicles_time_is_a_date_where_it_counts_from_1970() -> None:
 def test_health_says_the_level_then_why_then_the_counters() -> None:
     health = Health(
         level="WARN",
-        reasons=("the last torque came 3.2 s ago",),
+        reasons=("the last torque arrived 3.2 s ago",),
         counters={"rejected:late": 4},
         learned=0.87,
         boot="abc",
@@ -73,7 +73,7 @@ def test_health_says_the_level_then_why_then_the_counters() -> None:
     )
     lines = health_text(health).splitlines()
     assert lines[0] == "# WARNING"
-    assert lines[1] == "- The last torque came 3.2 s ago."
+    assert lines[1] == "- The last torque arrived 3.2 s ago."
     assert "| rejected: late | 4 |" in lines
     assert "| torque | 100 | 2 | 5.0 s |" in lines
     assert any("Learned: 87 %" in line for line in lines)

@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "those that end with .local are served anyway",
     )
     parser.add_argument(
-        "--archive", type=Path, metavar="DIR", help="offers the recordings of `incsvr serve --archive DIR`"
+        "--archive", type=Path, metavar="DIR", help="offer the recordings of `incsvr serve --archive DIR`"
     )
 
 

@@ -90,7 +90,7 @@ def _settings(result: Mapping[str, Any], axis: Axis) -> list[tuple[str, str]]:
     signals, learner = result["settings"]["signals"], result["settings"]["learner"]
     rows = [
         ("a sample every", f"{number(signals['sample_period'])} s, smoothed over {number(signals['smoothing'])} s"),
-        ("the torque is taken for", str(signals["torque"] or "told from the data")),
+        ("the torque counts as", str(signals["torque"] or "inferred from the data")),
         ("policy", f"{learner['policy']}, {result['support_vectors']} vectors"),
         (
             "γ, C, ε",

@@ -22,8 +22,8 @@ RATE_SUBJECT, ARMED_SUBJECT = "yaw_rate_degps", "vehicle_armed"
 SUBJECTS = (RATE_SUBJECT, ARMED_SUBJECT, *_CHANNELS)
 """The subjects that are listened to on a bus."""
 TORQUE_CURE = (
-    "Keelson has no torque: it comes of the propellers and the rudder; describe them in inputs.thrusters of a "
-    "configuration (propeller_rate_rpm, rudder_angle_deg)"
+    "Keelson sends no torque: it is computed from the propellers and the rudder; describe them in inputs.thrusters of "
+    "a configuration (propeller_rate_rpm, rudder_angle_deg)"
 )
 
 

@@ -106,7 +106,7 @@ def _thrusters(
 ) -> tuple[Thrusters | None, tuple[str, ...], dict[str, str]]:
     banks = instances(said, OUTPUT_MESSAGE)
     if not banks:
-        asks = "no SERVO_OUTPUT_RAW was found: let the vehicle send it (SR*_RC_CHAN), or take the vehicle's own .BIN"
+        asks = "no SERVO_OUTPUT_RAW was found: let the vehicle send it (SR*_RC_CHAN), or use the vehicle's own .BIN"
         return None, (), {"torque": asks}
     topic, path = said[banks[0]]
     whole = base(topic.name)
@@ -144,7 +144,14 @@ def frame_of(observed: Observation, place: Place) -> tuple[int | None, tuple[str
     other = vehicle_kind.evidence_of_another_vehicle(observed.self_description, observed.parameters)
     if other is not None:
         cure = vehicle_kind.thruster_example(observed.parameters, place)
-        return None, (), {"torque": f"nothing says how the thrusters push, for this is no BlueROV2 ({other}): {cure}"}
+        return (
+            None,
+            (),
+            {
+                "torque": f"the thrusters' places and directions are unknown, because this is no "
+                f"BlueROV2 ({other}): {cure}"
+            },
+        )
     kind = ardusub_frames.frame(observed.parameters)
     if kind is None:
         return 1, (ardusub_frames.assumption(observed.parameters) or "",), {}
@@ -153,5 +160,5 @@ def frame_of(observed: Observation, place: Place) -> tuple[int | None, tuple[str
         return None, (), {"torque": cure}
     names = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(ardusub_frames.YAW_SHARES) + 1)]
     told = [f"{observed.parameters[name]:+.0f}" for name in names if name in observed.parameters]
-    directions = f", directions {', '.join(told)}" if told else ", directions not told"
+    directions = f", directions {', '.join(told)}" if told else ", directions unknown"
     return kind, (f"frame {kind} ({ardusub_frames.FRAME_NAMES[kind]}){directions}, by the vehicle's parameters",), {}

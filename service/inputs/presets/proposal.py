@@ -146,9 +146,7 @@ def others_note(
     if not others:
         return ()
     rest = f"{', '.join(others[:6])}{' …' if len(others) > 6 else ''}"
-    return (
-        f"{quantity} is taken from {taken} ({why}); {rest} {'is' if len(others) == 1 else 'are'} left alone: {cure}",
-    )
+    return (f"{quantity} is taken from {taken} ({why}); {rest} {'is' if len(others) == 1 else 'are'} ignored: {cure}",)
 
 
 def first(topics: Iterable[Topic], *fields: str) -> Topic | None:

@@ -28,7 +28,9 @@ def proposal(observed: Observation) -> Proposal | None:
     setpoint, torque = source_of("torque", "vehicle_torque_setpoint", YAW_FIELD), None
     if setpoint is not None:
         torque = Source(topic=setpoint.name, field=YAW_FIELD, unit="fraction", **_CLOCK)
-        reasons["torque"] += (f"{setpoint.name} is a part of the full torque, without a unit until a scale is given",)
+        reasons["torque"] += (
+            f"{setpoint.name} is a fraction of the full torque, without a unit until a scale is given",
+        )
     armed = None
     if (state := source_of("armed", "actuator_armed", "armed")) is not None:
         armed = Armed(topic=state.name, field="armed", **_CLOCK)

@@ -118,8 +118,8 @@ def test_what_nothing_brings_is_zero_and_said_once(start: StartBench, run: Recor
     health = bench.health()
     (note,) = health.reasons
     assert health.level == "OK"
-    assert "nothing brings it: channel sway; publish it" in note
-    assert "Taken for zero in the vehicle's body" in text("rov/yaw", health, None)
+    assert "it is not published: channel sway; publish it" in note
+    assert "Assumed zero in the mass matrix's terms" in text("rov/yaw", health, None)
     surge = run.columns["surge"]
     for start_of in np.arange(0, surge.size, 100).tolist():
         part = slice(start_of, start_of + 100)

@@ -123,5 +123,5 @@ def test_a_vehicle_that_joins_later_gets_keys_of_the_same_authority(tmp_path: An
     larger = Place(tmp_path, tmp_path, "tls/127.0.0.1:7447", ("crab/yaw", "eel/yaw"), shared=True)
     assert make(larger, ("127.0.0.1",), ["eel"], owner=None, replace=False) == ("eel",)
     assert (tmp_path / "ca.pem").read_bytes() == authority
-    with pytest.raises(BadInput, match="holds a key of the router already"):
+    with pytest.raises(BadInput, match="already contains a key of the router"):
         make(larger, ("127.0.0.1",), ["router"], owner=None, replace=False)

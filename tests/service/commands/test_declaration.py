@@ -55,14 +55,14 @@ def rov() -> Recording:
 @pytest.mark.parametrize(
     ("scale", "inertia", "says"),
     [
-        (1.0, 0.6 * 8.0, "the inertia asks for "),
-        (1.0, 0.6 / 8.0, "the inertia asks for 0."),
+        (1.0, 0.6 * 8.0, "the declared inertia needs "),
+        (1.0, 0.6 / 8.0, "the declared inertia needs 0."),
         (1.0 / 8.0, 0.6, "the torque looks like a share of full thrust (all within ±1): scale it with "),
         (100.0 / 8.0, 0.6, "the torque may be in per cent of full thrust (all within ±100): scale it with "),
         (
             400.0 / 8.0,
             0.6,
-            "the torque may be a servo's pulse beside its neutral in µs (all within ±500): scale it with ",
+            "the torque may be a servo's pulse minus its neutral, in µs (all within ±500): scale it with ",
         ),
     ],
 )
@@ -151,7 +151,7 @@ def test_where_sign_and_delay_cannot_be_told_apart_whoever_knows_the_sign_goes_o
     assert main(["fit", str(path), "--inertia", "16.7"]) == 2
     assert "in opposite directions, or the torque acts 0." in capsys.readouterr().err
     assert main(["fit", str(path), "--inertia", "16.7", "--assume-sign"]) == 0
-    assert "after its stamps and was taken as late" in capsys.readouterr().out
+    assert "after its stamps, and was shifted" in capsys.readouterr().out
 
 
 @pytest.mark.slow
@@ -161,4 +161,4 @@ def test_the_measured_rov_with_five_times_its_inertia(measured: Path, capsys: py
     for command in ("fit", "trace"):
         main([command, *map(str, runs), "--inertia", "5"])
         printed = capsys.readouterr()
-        assert "the inertia asks for 2.3 times the torque in this log" in printed.out + printed.err
+        assert "the declared inertia needs 2.3 times the torque in this log" in printed.out + printed.err

@@ -114,7 +114,7 @@ def test_a_command_that_never_holds_is_the_reason_that_is_said(
     write(path, slow_commands.recording(4, 0.05, changes=(0.3, 0.7), duration=90.0))
     assert main(["fit", str(path), "--inertia", "0.6", "--torque", "commanded"]) == 2
     said = capsys.readouterr().err.strip()
-    assert "because the torque is said to be a command" in said
+    assert "because the torque is declared a command" in said
     assert "without `--torque commanded`" in said
 
 

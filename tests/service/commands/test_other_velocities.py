@@ -56,7 +56,7 @@ def test_a_declared_mass_matrix_takes_coriolis_out_of_the_damping(
     assert freed["coupled"]["taken_for_zero"] == []
     assert freed["coupled"]["share_of_torque"][CORIOLIS] > 0.15
     assert "coupled" not in alone
-    assert "the axis is not by itself: surge*yaw_rate takes about" in of_alone
+    assert "the axis is coupled to others: surge*yaw_rate takes about" in of_alone
     assert "of the force's" in of_alone
     assert "not by itself" not in of_freed
     assert "the mass matrix is used with channel surge, channel yaw_rate" in of_freed
@@ -72,7 +72,7 @@ def test_what_is_not_recorded_is_zero_and_said(files: list[str], tmp_path: Path,
         paths.append(str(tmp_path / f"{seed}.csv"))
     result, told = fitted(capsys, paths, "--mass-matrix", MATRIX)
     assert result["coupled"]["taken_for_zero"] == ["surge"]
-    assert "taken for zero, because they are not recorded: channel surge" in told
+    assert "assumed zero, because they are not recorded: channel surge" in told
 
 
 @pytest.mark.slow
@@ -169,7 +169,7 @@ def test_a_measured_vehicle_in_sway(capsys: pytest.CaptureFixture[str]) -> None:
     runs = [str(MEASURED / f"run_{number}.csv") for number in ("01", "03", "05", "07")]
     flags = ["--validate", str(MEASURED / "run_04.csv"), "--axis", "sway", "--json", "-"]
     assert main(["fit", *runs, "--inertia", "2500", *flags]) == 2
-    assert "or other velocities made it: the axis is not by itself: surge*yaw_rate" in capsys.readouterr().err
+    assert "or other velocities caused it: the axis is coupled to others: surge*yaw_rate" in capsys.readouterr().err
     assert main(["fit", *runs, "--mass-matrix", "2200,2500,0,0,0,800", *flags]) == 0
     result = json.loads(capsys.readouterr().out)
     assert result["validation"]["free_run_rmse"] < 0.03

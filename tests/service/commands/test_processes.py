@@ -174,7 +174,7 @@ def test_query_says_clearly_when_nobody_answers_and_waits_for_a_learner(endpoint
         command("query", "0.1", "--connect", endpoint, "--wait", "0.3"), capture_output=True, text=True, check=False
     )
     assert nobody.returncode == 1
-    assert f"nobody answers at {endpoint}" in nobody.stderr
+    assert f"no bus answers at {endpoint}" in nobody.stderr
     waiting = subprocess.Popen(
         command("query", "0.1", "-0.2", "--connect", endpoint, "--wait", "20", "--json", "-"),
         stdout=subprocess.PIPE,

@@ -131,7 +131,7 @@ def asked(endpoint: str, capsys: pytest.CaptureFixture[str], *words: str) -> tup
 def test_status_is_one_where_nobody_answers(endpoint: str, capsys: pytest.CaptureFixture[str]) -> None:
     status, out, error = asked(endpoint, capsys, "--wait", "0")
     assert (status, out) == (1, "")
-    assert error.startswith(f"incsvr status: nobody answers at {endpoint}: start `incsvr serve`")
+    assert error.startswith(f"incsvr status: no bus answers at {endpoint}: start `incsvr serve`")
     assert main(["watch", "--connect", free_endpoint(), "--wait", "0"]) == 1
 
 

@@ -64,7 +64,7 @@ def test_a_gyro_stuck_for_half_a_minute_is_refused(tmp_path: Path, capsys: pytes
     columns["yaw_rate"] = np.where(here, columns["yaw_rate"][np.argmax(here)], columns["yaw_rate"])
     assert main(["trace", str(saved(tmp_path, columns)), "--inertia", "24"]) == 2
     error = capsys.readouterr().err
-    assert "run.csv: the yaw rate stands still" in error
+    assert "run.csv: the yaw rate is constant" in error
     assert "leave these rows out" in error
     assert error.count("\n") == 1
 
@@ -77,7 +77,7 @@ def test_a_clock_that_jumps_is_noted_with_its_instant(tmp_path: Path, capsys: py
     late[k + shift :] = columns["torque"][k:-shift]
     late[k : k + shift] = np.nan
     found = traced(saved(tmp_path, columns | {"torque": late}), capsys)
-    noted = next(note for note in found["notes"] if "later against the yaw rate since" in note)
+    noted = next(note for note in found["notes"] if "late against the yaw rate since" in note)
     instant = float(noted.partition(" since ")[2].partition(" s")[0])
     assert instant == pytest.approx(220.0, abs=20.0)
 
@@ -97,7 +97,7 @@ def test_a_compass_that_counts_clockwise_is_turned_and_noted(
 ) -> None:
     columns = recording(stiffness=0.35)
     found = traced(saved(tmp_path, columns | {"heading": -columns["heading"]}), capsys)
-    assert any("was taken with its sign turned" in note for note in found["notes"])
+    assert any("heading's sign was inverted" in note for note in found["notes"])
     tether = next(effect for effect in found["effects"] if effect["effect"] == "tether")
     assert tether["parameters"]["stiffness_nm_per_rad"] == pytest.approx(0.35, rel=0.05)
 
@@ -106,5 +106,5 @@ def test_commands_that_come_too_slowly_are_told_beside_whatever_is_found() -> No
     slow, quick = slow_commands.recording(14, 0.5), slow_commands.recording(14, 0.05)
     sensors = examine_sensors([slow, quick], slow_commands.INERTIA)
     (told,) = sensor_notes([slow, quick], sensors, explained=False)
-    assert told.startswith(f"{slow.name}: torque comes every 0.5 s")
+    assert told.startswith(f"{slow.name}: the torque is sampled every 0.5 s")
     assert told.endswith("that nothing is found proves nothing here, log the torque every 0.05 s")

@@ -62,7 +62,7 @@ def test_every_value_says_what_it_is() -> None:
             "vehicle:\n  mass_matrix: [1, 2, 3, 4, 5, 6]\n  inertia: 7\n",
             "and mass_matrix has 6 for yaw; leave out inertia",
         ),
-        ("vehicle:\n  buoyancy: 300\n", "line 1: vehicle: buoyancy says nothing without a weight; give weight [N]"),
+        ("vehicle:\n  buoyancy: 300\n", "line 1: vehicle: buoyancy needs a weight; give weight [N]"),
         ("signals:\n  gap: 1.0\n", "line 1: signals: gap is longer than twice the smoothing"),
         ("bus:\n  listen: tcp/0.0.0.0:7447\n", "line 2: bus.listen: this listens on all interfaces"),
         *(
@@ -89,7 +89,7 @@ def test_every_value_says_what_it_is() -> None:
         ("also:\n  - vehicle: {inertia: 3}\n", "two learners share the prefix leng/yaw"),
         ("tracing:\n  proof: 500\n", "line 1: tracing: proof is more than half the window"),
         ("tracing: {live: true}\neffects: trace.json\n", "tracing.live finds the effects itself"),
-        ("tracing: {live: true, window: 300, proof: 150}\nlearner: {batch: 200}\n", "which take 390 s; it is 300 s"),
+        ("tracing: {live: true, window: 300, proof: 150}\nlearner: {batch: 200}\n", "390 s; it is 300 s"),
         ("learner:\n  C: .nan\n", "line 2: learner.C"),
     ],
 )
@@ -131,7 +131,7 @@ def test_no_other_vehicle_is_learned_by_lengs_inertia(
     path.write_text(text)
     for command in (["config", "check", str(path)], ["serve", "--config", str(path)]):
         assert main(command) == 2
-        assert "is not known, and that of Leng is no other vehicle's; give vehicle.inertia" in capsys.readouterr().err
+        assert "is not configured, and the default is that of Leng; give vehicle.inertia" in capsys.readouterr().err
 
 
 def test_variables_go_before_the_file_and_flags_before_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -61,7 +61,7 @@ def test_a_channel_that_an_effect_reads_must_come(watch: HealthWatch, node: Lear
     clock.now += 11.0
     feed(watch, node, moving(0.0, 5.0))
     assert watch.report(node).reasons == (
-        "sway does not come, and without it no sample can be freed of the traced effects",
+        "sway does not arrive, and without it the traced effects cannot be subtracted",
     )
     watch.add_values("sway", np.zeros(1), np.zeros(1))
     assert watch.report(node).level == "OK"
@@ -77,13 +77,11 @@ def test_a_velocity_that_does_not_come_stops_the_learning_and_is_named(clock: Cl
     clock.now += 11.0
     feed(watch, node, {"surge": moving(20.0, 31.0)["yaw_rate"]} | moving(20.0, 31.0))
     health = watch.report(node)
-    assert health.reasons == (
-        "sway does not come, and without it no sample can be freed of what it takes of the torque",
-    )
+    assert health.reasons == ("sway does not arrive, and without it its terms of the mass matrix cannot be subtracted",)
     assert (health.level, health.counters["samples"]) == ("STALE", 0)
     assert (health.learning.state, health.learning.why) == (
         "starved",
-        "samples wait 10 s for sway, which signals.channels names and which does not come",
+        "samples wait 10 s for sway, which signals.channels lists and which does not arrive",
     )
 
 
@@ -97,19 +95,19 @@ def test_values_that_are_sent_together_are_said_to_be(watch: HealthWatch, node: 
         clock.now += 1.0
         health = watch.report(node)
     assert health.learning.state == "starved"
-    assert "the yaw rate comes in bursts 0.95 s apart, stamped when they were sent or written" in health.learning.why
+    assert "the yaw rate arrives in bursts 0.95 s apart, stamped when sent or written" in health.learning.why
 
 
 def test_a_silent_stream_is_stale(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
     assert watch.report(node).level == "OK"  # it may still come
     clock.now += 3.0
-    assert watch.report(node).reasons == ("no yaw rate has come yet", "no torque has come yet")
+    assert watch.report(node).reasons == ("no yaw rate has arrived yet", "no torque has arrived yet")
     feed(watch, node, moving(0.0, 5.0))
     assert watch.report(node).level == "OK"
     clock.now += 2.5
     health = watch.report(node)
     assert health.level == "STALE"
-    assert health.reasons[0] == "the last yaw rate came 2.5 s ago"
+    assert health.reasons[0] == "the last yaw rate arrived 2.5 s ago"
 
 
 def test_rejected_values_warn_and_are_forgiven(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
@@ -136,14 +134,14 @@ def test_a_sensor_that_stands_still_warns(watch: HealthWatch, node: LearnerNode)
     feed(watch, node, {"yaw_rate": (t, np.where(t < 1.0, np.sin(t) / 5, 0.05)), "torque": (t, np.cos(t))})
     health = watch.report(node)
     assert health.level == "WARN"
-    assert health.reasons == ("the yaw rate stands still at 0.05 rad/s for 3.0 s",)
+    assert health.reasons == ("the yaw rate is constant at 0.05 rad/s for 3.0 s",)
 
 
 def test_standing_still_is_seen_in_single_messages_too(watch: HealthWatch, node: LearnerNode) -> None:
     feed(watch, node, moving(0.0, 1.0))
     for t in np.arange(1.0, 4.0, 0.5, dtype=np.float64):
         feed(watch, node, {"yaw_rate": (np.array([t]), np.array([0.07])), "torque": (np.array([t]), np.array([1.0]))})
-    assert watch.report(node).reasons == ("the yaw rate stands still at 0.07 rad/s for 2.5 s",)
+    assert watch.report(node).reasons == ("the yaw rate is constant at 0.07 rad/s for 2.5 s",)
 
 
 def test_a_vehicle_beyond_the_learned_range_warns(watch: HealthWatch, node: LearnerNode) -> None:
@@ -164,7 +162,7 @@ def test_what_cannot_be_kept_is_an_error(watch: HealthWatch, node: LearnerNode) 
     feed(watch, node, moving(0.0, 5.0))
     watch.observe(HealthConditions(unsaved="database or disk is full"))
     health = watch.report(node)
-    assert (health.level, health.reasons) == ("ERROR", ("what was learned cannot be kept: database or disk is full",))
+    assert (health.level, health.reasons) == ("ERROR", ("the state cannot be saved: database or disk is full",))
     watch.observe(HealthConditions())
     assert watch.report(node).level == "OK"
 
@@ -220,7 +218,7 @@ def test_a_vehicle_that_only_the_water_moves_is_told_and_the_model_stays(watch: 
         pass
     health = watch.report(node)
     (said,) = (reason for reason in health.reasons if "excitation" in reason)
-    assert said.startswith("little excitation: the torque made")
+    assert said.startswith("little excitation: the torque caused")
     assert "rad/s" in said
     assert health.level == "WARN"
     now = node.served.model.predict(np.linspace(-0.1, 0.1, 5)).damping
@@ -275,5 +273,5 @@ def test_reasons_are_in_the_words_of_the_axis(watch: HealthWatch, clock: Clock) 
     node = LearnerNode(config.model_copy(update={"vehicle": vehicle}), boot="b")
     clock.now += 60.0
     reasons = watch.report(node).reasons
-    assert "no heave velocity has come yet" in reasons
-    assert "no force has come yet" in reasons
+    assert "no heave velocity has arrived yet" in reasons
+    assert "no force has arrived yet" in reasons

@@ -58,13 +58,17 @@ KINDS: dict[str, tuple[dict[str, object], dict[str, Clock], str]] = {
     "milliseconds": ({}, {"yaw_rate": lambda t: 1e3 * t, "torque": lambda t: 1e3 * t}, "look like milliseconds"),
     "one in milliseconds": ({}, {"torque": lambda t: 1e3 * t}, "stamps of torque look like milliseconds"),
     "begins at zero": ({}, {"yaw_rate": lambda t: t - 20.0}, "the clock of yaw rate began anew and shows"),
-    "stands still": ({}, {"torque": lambda t: np.full(t.size, 19.9)}, "every torque that comes is refused"),
+    "stands still": ({}, {"torque": lambda t: np.full(t.size, 19.9)}, "every torque is refused"),
     "a slow stream": (
         {"signals__gap": 0.2, "torque_period": 0.25},
         {},
-        "torque comes every 0.25 s, longer than the 0.2",
+        "torque arrives every 0.25 s, longer than the 0.2",
     ),
-    "far too slow": ({"torque_period": 1.0}, {}, "torque comes every 1 s, longer than the 0.488 s that are bridged"),
+    "far too slow": (
+        {"torque_period": 1.0},
+        {},
+        "torque arrives every 1 s, longer than the 0.488 s that are bridged",
+    ),
     "jitter beyond the gap": (
         {"signals__gap": 0.2, "torque_period": 0.19},
         {"torque": lambda t: t + 0.08 * np.sin(1e3 * t)},
@@ -95,7 +99,7 @@ def test_the_cause_is_said_within_five_seconds(
 def test_a_stream_that_is_learned_from_is_not_starved(period: float) -> None:
     healths = Drive(torque_period=period).go(30.0)
     assert not any(starved(healths))
-    warned = [reason for reason in healths[-1].reasons if "comes every 0.25 s" in reason]
+    warned = [reason for reason in healths[-1].reasons if "arrives every 0.25 s" in reason]
     assert bool(warned) == (period == 0.25)
 
 
@@ -114,7 +118,7 @@ def test_a_silent_stream_is_said_once() -> None:
     drive.go(10.0)
     health = drive.go(10.0, torque=None)[-1]
     assert (health.level, health.learning.state) == ("STALE", "starved")
-    assert health.learning.why.startswith("the last torque came")
+    assert health.learning.why.startswith("the last torque arrived")
     assert not [reason for reason in health.reasons if "starved" in reason]
 
 
@@ -140,4 +144,7 @@ def test_commands_that_hold_for_too_short_are_said_with_the_cure() -> None:
         now += 0.5
         health = watch.report(node)
     assert node.batches.samples_seen == 0
-    assert "no command holds for the 2.2 s that a sample needs; set signals.smoothing below 0.3" in health.learning.why
+    assert (
+        "no command is constant for the 2.2 s that a sample needs; set signals.smoothing below "
+        "0.3" in health.learning.why
+    )

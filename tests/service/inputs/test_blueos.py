@@ -59,7 +59,7 @@ def test_what_the_vehicle_has_not_told_is_said(board: Board, swim: Dive, tmp_pat
     """Directions that are not told are taken for forward, aloud; told once they are kept over a restart."""
 
     def doubts(health: Health) -> bool:
-        return any("has not told FRAME_CONFIG and others: taken for a BlueROV2" in reason for reason in health.reasons)
+        return any("has not sent FRAME_CONFIG and others: assumed a BlueROV2" in reason for reason in health.reasons)
 
     vessel = board({"preset": "blueos"}, tmp_path)
     vessel.send(mavlink.stream(swim, 0.0, 5.0), 50)
@@ -93,7 +93,7 @@ def test_another_vehicle_on_the_bus_is_left_alone(board: Board, swim: Dive) -> N
     mixed = [each for pair in zip(mavlink.stream(swim, 0.0, 10.0), other, strict=True) for each in pair]
     health = vessel.send(mixed, 100)
     assert health.streams["yaw_rate"].received == 100
-    vessel.health_when(lambda health: any("vehicle 1 is taken" in reason for reason in health.reasons))
+    vessel.health_when(lambda health: any("vehicle 1 is used" in reason for reason in health.reasons))
 
 
 def test_outputs_at_2_hz_are_too_slow_for_the_vehicle_and_the_cure_is_a_command(board: Board, swim: Dive) -> None:
@@ -106,7 +106,7 @@ def test_outputs_at_2_hz_are_too_slow_for_the_vehicle_and_the_cure_is_a_command(
     vessel.send(messages, 400)
     health = vessel.health_when(lambda health: any("`incsvr inputs --ask" in reason for reason in health.reasons))
     (slow,) = (reason for reason in health.reasons if "--ask" in reason)
-    assert slow.startswith("the torque comes every 0.5 s, too seldom for a vehicle whose yaw rate changes within")
+    assert slow.startswith("the torque is sampled every 0.5 s, too seldom for a vehicle whose yaw rate changes within")
 
 
 @pytest.mark.slow

@@ -175,7 +175,7 @@ def test_a_voltage_that_nobody_tells_is_said() -> None:
         hearing.hear("v", b"65535", 0.0)
         for k in range(60):
             hear(hearing, "u", 0.1 * k, w=1900)
-        assert sum("nothing says the battery's voltage" in sentence for sentence in hearing.notices()) == doubts
+        assert sum("the battery's voltage is unknown" in sentence for sentence in hearing.notices()) == doubts
         hearing.hear("v", b"14000", 6.0)
         assert hear(hearing, "u", 6.0, w=1900)["torque"].value == pytest.approx([0.5 * 4.53 * 9.80665])
         assert not hearing.notices()

@@ -62,5 +62,5 @@ def test_yaw_is_learned_from_propellers_and_a_gyro(board: Board) -> None:
 def test_without_a_torque_it_says_what_to_describe(board: Board) -> None:
     vessel = board({"preset": "keelson"})
     vessel.send(vessel_says(0.0, 5.0, armed=False), 50, "application/octet-stream")
-    health = vessel.health_when(lambda health: any("Keelson has no torque" in reason for reason in health.reasons))
+    health = vessel.health_when(lambda health: any("Keelson sends no torque" in reason for reason in health.reasons))
     assert health.learning.why.startswith("the vehicle is not armed (by sea/@v0/rov/pubsub/vehicle_armed/autopilot)")

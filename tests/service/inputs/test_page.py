@@ -43,5 +43,5 @@ def test_thrusters_push_along_the_axis_that_is_learned(tmp_path: Path) -> None:
         assert thrusters is not None
         assert thrusters.axis == axis
     path.write_text("inputs: {preset: blueos}\nvehicle: {axis: surge}\n", encoding="utf-8")
-    with pytest.raises(BadInput, match=r"blueos finds the yaw rate and its torque; with vehicle.axis surge say where"):
+    with pytest.raises(BadInput, match=r"blueos proposes inputs for yaw alone; with vehicle.axis surge describe"):
         mapping(read(path))

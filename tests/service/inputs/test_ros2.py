@@ -139,7 +139,7 @@ def test_health_goes_out_as_diagnostics(board: Board, swim: Dive, bridge: bool) 
     (status,) = message.status
     assert (status.name, status.level, status.hardware_id) == ("incsvr: leng/yaw", 3, "leng")
     assert {each.key: each.value for each in status.values}["learning"] == "learning"
-    assert "no torque has come yet" in {status.message, *(each.value for each in status.values)}
+    assert "no torque has arrived yet" in {status.message, *(each.value for each in status.values)}
     if bridge:
         assert samples[-1].attachment is None
         return
@@ -176,7 +176,7 @@ def test_what_has_come_for_a_while_stays() -> None:
     early.hear(rmw("compass", kind), cdr(kind, header=header(0.0), vector=vector(z=0.1)), 0.0)
     (first, *_) = early.hear(rmw("imu", IMU), imu(0.1, 0.5), 0.1)
     assert (first.name, first.value) == ("yaw_rate", [0.5])
-    assert any(f"{rmw('compass', kind)} is left alone" in note for note in early.notes)
+    assert any(f"{rmw('compass', kind)} is ignored" in note for note in early.notes)
 
 
 def test_keys_and_topics() -> None:
@@ -187,5 +187,5 @@ def test_keys_and_topics() -> None:
         assert not matches("/imu", key, "ros2")
     with pytest.raises(BadInput, match=r"inputs.yaw_rate: '/a//b' is no key expression"):
         InputMapper(Inputs.model_validate({"yaw_rate": {"topic": "/a//b"}}))
-    with pytest.raises(BadInput, match="px4 is a preset of logs; on a bus take ros2"):
+    with pytest.raises(BadInput, match="px4 is a preset of logs; on a bus use ros2"):
         InputMapper(Inputs(preset="px4"))

@@ -66,9 +66,9 @@ def test_what_came_how_often_and_in_which_range() -> None:
 @pytest.mark.parametrize(
     ("sign", "factor", "doubt"),
     [
-        (-1.0, 1.0, "one of the two counts in the other direction"),
+        (-1.0, 1.0, "one of the two has the opposite sign"),
         (1.0, 57.3, "beyond the plausible ±6 rad/s: are they in degrees per second?"),
-        (1.0, 0.001, "is its unit or that of the heading another?"),
+        (1.0, 0.001, "check its unit and that of the heading"),
     ],
 )
 def test_a_unit_or_a_direction_that_cannot_be(sign: float, factor: float, doubt: str) -> None:
@@ -84,7 +84,7 @@ def test_outputs_at_2_hz_are_too_seldom_and_the_cure_is_a_command() -> None:
         if not key.endswith("SERVO_OUTPUT_RAW") or outputs % 10 == 0:
             slow.append((key, payload))
     (doubt,) = surveyed(slow)["inputs"]["torque"]["doubts"]
-    assert "the torque comes every 0.5 s" in doubt
+    assert "the torque is sampled every 0.5 s" in doubt
     assert "`incsvr inputs --ask" in doubt
 
 
@@ -93,13 +93,13 @@ def test_motors_that_are_taken_for_others_make_no_moment() -> None:
     survey = Survey(InputMapper(Inputs(preset="blueos")), LIMITS)
     for key, payload in mavlink.stream(SWIM, 0.0, 5.0):
         survey.hear(key, payload, 0.0)
-    assert survey.summary()["inputs"]["torque"]["doubts"][0] == "the torque stands at 0 all the time"
-    assert "the vehicle has not told FRAME_CONFIG" in survey.summary()["notices"][0]
+    assert survey.summary()["inputs"]["torque"]["doubts"][0] == "the torque is constant at 0"
+    assert "the vehicle has not sent FRAME_CONFIG" in survey.summary()["notices"][0]
 
 
 def test_stamps_in_another_unit() -> None:
     told = {"yaw_rate": {"topic": "ATTITUDE", "field": "yawspeed", "stamp": "time_boot_ms"}}
-    assert "its stamps run as fast as milliseconds: say stamp_unit" in str(surveyed(mavlink.stream(SWIM), **told))
+    assert "its stamps count milliseconds: set stamp_unit" in str(surveyed(mavlink.stream(SWIM), **told))
 
 
 @pytest.fixture
@@ -173,9 +173,9 @@ def test_the_vehicle_is_asked_as_its_server_is(
 @pytest.mark.parametrize(
     ("flags", "sentence"),
     [
-        (("--ask", "0"), "--ask 0: ask for messages a second, above 0"),
-        (("--ask", "20", "--set", "inputs.preset=ros2"), "only a vehicle with BlueOS is asked for more"),
-        (("--seconds", "0"), "listen for more than nothing"),
+        (("--ask", "0"), "--ask 0: give messages a second, above 0"),
+        (("--ask", "20", "--set", "inputs.preset=ros2"), "only a vehicle with BlueOS can be asked"),
+        (("--seconds", "0"), "give more than 0 s"),
     ],
 )
 def test_what_cannot_be_asked(flags: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -115,7 +115,7 @@ def test_the_measured_voltage_counts_and_a_missing_one_is_said() -> None:
     np.testing.assert_allclose(full, 0.5 * 3.71 * KGF_N)
     assert not notes
     _, notes = torque(one(command="pwm"), u=1900.0)
-    assert notes == ("nothing says the battery's voltage: the thrust is that at 16 V",)
+    assert notes == ("the battery's voltage is unknown: the thrust is computed for 16 V",)
 
 
 def test_a_frame_by_the_vehicles_parameters() -> None:
@@ -127,5 +127,5 @@ def test_a_frame_by_the_vehicles_parameters() -> None:
 
 
 def test_torque_and_thrusters_exclude_each_other() -> None:
-    with pytest.raises(ValidationError, match="both say what the torque is"):
+    with pytest.raises(ValidationError, match="are both given"):
         Inputs(torque=Source(topic="x", field="u"), thrusters=one(command="N"))

@@ -42,7 +42,7 @@ def test_a_second_bank_and_a_second_battery_are_named_and_can_be_taken() -> None
     hearing = blueos()
     np.testing.assert_allclose(heard(hearing, said), DIVE.torque, atol=1e-4)
     assert {f"mavlink/1/1/{name}[1]" for name in ("SERVO_OUTPUT_RAW", "BATTERY_STATUS")} <= hearing.bindings.keys()
-    assert any("SERVO_OUTPUT_RAW[1] is left alone" in note for note in hearing.notes)
+    assert any("SERVO_OUTPUT_RAW[1] is ignored" in note for note in hearing.notes)
     each = [{"field": "servo1_raw", "arm": -0.2}]
     thrusters = {"topic": "SERVO_OUTPUT_RAW[1]", "command": "pwm", "curve": "linear", "full": 40.0, "each": each}
     np.testing.assert_allclose(heard(blueos(thrusters=thrusters), said), 8.0)
@@ -72,7 +72,7 @@ def test_the_first_vehicle_that_is_armed_while_its_outputs_move_is_taken_and_sta
     assert hearing.system == "2"
     assert 0.8 * DIVE.time.size < len(torque) < 1.2 * DIVE.time.size
     assert torque[-1].value == pytest.approx([DIVE.torque[-1]], abs=1e-4)
-    assert any("vehicle 2 is taken, the first that was armed while its outputs moved" in n for n in hearing.notices())
+    assert any("vehicle 2 is used, the first that was armed while its outputs moved" in n for n in hearing.notices())
     heard(hearing, link.as_keys(link.swum(DIVE, armed_from=0.0)))  # now the other one moves, too late
     assert hearing.system == "2"
     again = InputMapper(Inputs(preset="blueos"), hearing.parameters_by_system)
@@ -95,7 +95,7 @@ def test_a_parameter_counts_from_when_it_comes() -> None:
 def test_a_boat_gets_no_bluerovs_levers() -> None:
     hearing = blueos()
     assert not heard(hearing, link.as_keys(link.swum(DIVE, kind=link.BOAT))).size
-    assert "this is no BlueROV2 (its heartbeat says type surface boat)" in hearing.missing["torque"]
+    assert "this is no BlueROV2 (its heartbeat reports type surface boat)" in hearing.missing["torque"]
 
 
 def test_what_tells_changes_alone_may_have_told_the_last_one_before() -> None:
@@ -110,7 +110,7 @@ def test_what_tells_changes_alone_may_have_told_the_last_one_before() -> None:
 
     hearing.hear("r", b"0.1", 0.0)
     assert [say("u", w=1500.0), say("u", w=1506.0), say("u", w=0.0), say("u", w=1600.0)] == [False, False, False, True]
-    assert any("its outputs move: it is taken for armed" in sentence for sentence in hearing.notices())
+    assert any("its outputs move: it is assumed armed" in sentence for sentence in hearing.notices())
     assert [say("state", on=0.0), say("u", w=1700.0), say("state", on=1.0)] == [False, False, True]
 
 
@@ -124,7 +124,7 @@ def test_of_several_imus_the_vehicles_is_taken(first: str) -> None:
         for key, payload in [*messages, (rmw("rov/thrust", STAMPED), wrench_stamped(t, torque))]:
             came += [each for each in hearing.hear(key, payload, 0.0) if each.name == "yaw_rate" and k > 0]
     np.testing.assert_allclose([each.value[0] for each in came], DIVE.rate[1:])
-    assert any(f"{rmw(first, IMU)} is left alone" in note for note in hearing.notes)
+    assert any(f"{rmw(first, IMU)} is ignored" in note for note in hearing.notes)
 
 
 def test_thrusters_with_topics_of_their_own_make_the_same_torque_in_a_log(tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ def test_questions_over_several_velocities(start: StartBench, run: Recording) ->
         ("surge=0.5", "give the own velocity as well"),
         ("rate=0.1;heave=0.2", "ask with rate, yaw_rate, surge, sway"),
         ("rate=0.1,0.2;surge=1,2,3", "the same number of values"),
-        ("rate=0.1&surge=0.5", "is separated by ;"),
+        ("rate=0.1&surge=0.5", "separate velocities by ;"),
         ("rate=0.1;surge=fast", "surge=fast is no list of numbers"),
         ("rate=0.1;surge=nan", "a value of surge is NaN"),
         ("rate=0.1;yaw_rate=0.2", "under two names"),

@@ -68,7 +68,7 @@ def test_nothing_is_learned_from_what_holds_nothing(
     assert REAL[name][1] in sentence
     assert sentence.count("\n") == 1
     if name == "px4_simulated.ulg":
-        assert "the yaw rate never leaves its noise" in sentence
+        assert "the yaw rate never exceeds its noise" in sentence
         sentence = said(
             capsys,
             command,
@@ -76,7 +76,7 @@ def test_nothing_is_learned_from_what_holds_nothing(
             *("--inertia", "0.03", "--column", "torque=vehicle_torque_setpoint.xyz[2]*12"),
             status=2,
         )
-        assert "the yaw rate never leaves its noise" in sentence
+        assert "the yaw rate never exceeds its noise" in sentence
 
 
 def test_a_log_is_looked_at_in_80_columns(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -110,7 +110,7 @@ def test_a_log_is_converted_and_learned_alike(capsys: pytest.CaptureFixture[str]
 @pytest.mark.parametrize(
     ("files", "sentence"),
     [
-        (("dive.BIN",), "give the logs first and then the CSV"),
+        (("dive.BIN",), "name the logs first, then the CSV"),
         (("dive.BIN", "other.BIN"), "the last file is the one that is written"),
         (("dive.BIN", "nowhere/dive.csv"), "cannot be written; name a file in a folder that is there"),
         (("missing.BIN", "dive.csv"), "there is no such file"),

@@ -70,7 +70,7 @@ def test_a_time_of_day_is_the_walls(tmp_path: Path, form: str) -> None:
 
 
 def test_a_cut_across_midnight(tmp_path: Path) -> None:
-    """The log goes on from 23:59:50 to 00:00:30."""
+    """The log continues from 23:59:50 to 00:00:30."""
     path = tmp_path / "night.csv"
     midnight = 1_700_006_400.0
     rows = zip((midnight - 10.0 + DIVE.time).tolist(), DIVE.rate.tolist(), DIVE.torque.tolist(), strict=True)
@@ -97,7 +97,7 @@ def test_a_cut_that_holds_nothing_says_what_the_log_spans(
         ["replay", str(tlog)],
     ):
         said = refused(capsys, *words, "--from", "500")
-        assert "--from 500 holds nothing of this log, which spans 21" in said
+        assert "--from 500 selects no data of this log, which spans 21" in said
         assert f" to {BOOT + 39.95:g} s" in said
         assert f"({BEGIN} to 22:13:59 UTC)" in said
         assert "dive.tlog" in said
@@ -107,7 +107,7 @@ def test_a_cut_that_holds_nothing_says_what_the_log_spans(
 def test_what_is_no_cut_is_said(tmp_path: Path, own: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = str(tmp_path / "out.csv")
     assert "comes after" in refused(capsys, "convert", str(own), out, "--from", "20", "--to", "10")
-    assert "nothing in this log says the time of day 12:00" in refused(capsys, "inspect", str(own), "--from", "12:00")
+    assert "this log does not know the time of day 12:00" in refused(capsys, "inspect", str(own), "--from", "12:00")
     for wrong in ("noon", "25:00", "nan"):
         with pytest.raises(SystemExit) as ended:
             main(["inspect", str(own), "--from", wrong])
@@ -133,7 +133,7 @@ def test_runs_that_a_cut_leaves_out_are_said(tmp_path: Path, own: Path, capsys: 
     write(short, Recording("short", DIVE.time[early], {"yaw_rate": DIVE.rate[early], "torque": DIVE.torque[early]}))
     out = tmp_path / "out.csv"
     assert main(["convert", str(short), str(own), str(out), "--from", "10"]) == 0
-    assert "short.csv: --from 10 holds nothing" in capsys.readouterr().out
+    assert "short.csv: --from 10 selects no data" in capsys.readouterr().out
     assert read(out).time[0] == 10.0
 
 

@@ -119,11 +119,11 @@ def test_the_vehicle_is_chosen_over_all_parts(tmp_path: Path, capsys: pytest.Cap
     one = link.as_tlog(tmp_path / "1.tlog", link.in_order(link.parameters(), first, halves(link.in_order(idle))[0]))
     two = link.as_tlog(tmp_path / "2.tlog", link.in_order(busy, halves(link.in_order(idle))[1]))
     (found,) = Reading().of_all([two, one])
-    assert any("vehicle 1 is taken" in note for note in found.notes)
+    assert any("vehicle 1 is used" in note for note in found.notes)
     assert found.time[-1] - found.time[0] > 30.0
     other = link.as_tlog(tmp_path / "other.tlog", link.of(2, second))
     said = refused(capsys, "fit", str(one), str(other), "--inertia", "0.6")
-    assert "other.tlog: this part holds nothing of vehicle 1, which is taken, but of vehicle 2" in said
+    assert "other.tlog: this part has no data of vehicle 1, which is used, but of vehicle 2" in said
 
 
 def test_a_folder_that_is_no_dive_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

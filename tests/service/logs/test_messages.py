@@ -51,7 +51,7 @@ def test_degrees_are_said_with_the_flag_that_mends_them(
     assert f"--column yaw_rate={field}:deg/s" in said
     assert main(["inspect", path, *form, "--json", "-"]) == 0
     notes = json.loads(capsys.readouterr().out)["proposal"]["notes"]
-    assert any(f"looks like deg/s and is taken for rad/s: --column yaw_rate={field}:deg/s" in note for note in notes)
+    assert any(f"looks like deg/s and is read as rad/s: --column yaw_rate={field}:deg/s" in note for note in notes)
     others = [word for word in form if not word.startswith("yaw_rate=")]
     mended = [*(others[1:] if form else []), *flags_in(said)]
     assert main(["fit", path, "--inertia", "0.6", *mended]) == 0
@@ -77,7 +77,7 @@ def test_inspect_marks_degrees_and_prints_units(tmp_path: Path, capsys: pytest.C
     compass.write_text("t,yaw_rate,torque,heading\n" + "".join(f"{t},{r},{tau},{h}\n" for t, r, tau, h in rows))
     assert main(["inspect", str(compass)]) == 0
     printed = re.sub(r"\s+", " ", capsys.readouterr().out)
-    assert "heading looks like deg and is taken for rad: --column heading=heading:deg" in printed
+    assert "heading looks like deg and is read as rad: --column heading=heading:deg" in printed
     assert "yaw_rate looks" not in printed
 
 

@@ -169,7 +169,7 @@ def test_recordings_of_keelson(tmp_path: Path) -> None:
             put("vehicle_armed", EPOCH + t, TimestampedBool(value=True))
             put("propeller_rate_rpm", EPOCH + t, TimestampedFloat(value=100.0 * torque))
         writer.finish()  # type: ignore[no-untyped-call]
-    with pytest.raises(BadInput, match="Keelson has no torque: it comes of the propellers and the rudder"):
+    with pytest.raises(BadInput, match="Keelson sends no torque: it is computed from the propellers and the rudder"):
         read(path)
     key = keelson.construct_pubsub_key("sea", "ship", "propeller_rate_rpm", "imu")
     same(read(path, f"torque={key}.value*0.01"), EPOCH)

@@ -152,7 +152,7 @@ def test_a_px4_log(tmp_path: Path) -> None:
         read(path)
     same(read(path, "torque=vehicle_torque_setpoint.xyz[2]*12"), DIVE, BOOT, ARMED_FROM)
     path.write_bytes(ulog(Dive(DIVE.time, 0.01 * np.random.default_rng(780002).normal(size=600), DIVE.command)))
-    with pytest.raises(BadInput, match=r"the yaw rate never leaves its noise .* fraction of full thrust"):
+    with pytest.raises(BadInput, match=r"the yaw rate never exceeds its noise .* fraction of full thrust"):
         read(path)
 
 

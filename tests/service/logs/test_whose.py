@@ -63,7 +63,7 @@ def test_a_second_bank_and_a_second_battery_are_topics_of_their_own(tmp_path: Pa
     assert counts["SERVO_OUTPUT_RAW"] == counts["SERVO_OUTPUT_RAW[1]"] == DIVE.time.size
     recording = read(path)
     same(recording, DIVE.torque)
-    assert noted(recording, "torque is taken from SERVO_OUTPUT_RAW", "SERVO_OUTPUT_RAW[1] is left alone")
+    assert noted(recording, "torque is taken from SERVO_OUTPUT_RAW", "SERVO_OUTPUT_RAW[1] is ignored")
     assert noted(recording, "voltage is taken from BATTERY_STATUS (the lowest number)")
     other = read(path, "voltage=BATTERY_STATUS[1].voltages[0]:mV")
     assert np.abs(other.streams()["torque"][1]).max() < 0.85 * np.abs(recording.streams()["torque"][1]).max()
@@ -130,7 +130,7 @@ def test_the_vehicle_is_the_first_that_is_armed_while_its_outputs_move(tmp_path:
     path = written(tmp_path, form, link.of(3 - ours, link.in_order(told, other, often)), ours_said)
     recording = read(path)
     same(recording, DIVE.torque)
-    assert noted(recording, f"vehicle {ours} is taken", f"vehicle {3 - ours} is left alone")
+    assert noted(recording, f"vehicle {ours} is used", f"vehicle {3 - ours} is ignored")
     asked = read(path, learns=False, system=3 - ours)
     np.testing.assert_allclose(asked.streams()["yaw_rate"][1], mirrored.rate, atol=1e-6)
     assert not asked.columns["armed"][~np.isnan(asked.columns["armed"])].any()
@@ -144,7 +144,7 @@ def test_parameters_of_a_vehicle_that_sends_no_yaw_rate_are_its_own(tmp_path: Pa
     told = link.of(2, [link.heartbeat(0.0, False), *link.parameters(at=1.0, FRAME_CONFIG=1.0, MOT_1_DIRECTION=1.0)])
     recording = read(written(tmp_path, "tlog", link.parameters(), link.swum(DIVE), told))
     same(recording, DIVE.torque)
-    assert noted(recording, "vehicle 1 is taken, the only one that sends its yaw rate")
+    assert noted(recording, "vehicle 1 is used, the only one that sends its yaw rate")
 
 
 @pytest.mark.parametrize("form", WRITERS)
@@ -161,7 +161,10 @@ def test_a_parameter_counts_from_when_it_was_received(tmp_path: Path, form: str)
     recording = read(written(tmp_path, form, early, link.swum(DIVE, told), changed))
     same(recording, DIVE.torque)
     assert noted(
-        recording, "parameters changed under way", "MOT_1_DIRECTION -1 (1 before)", "SERVO2_FUNCTION 34 (33 before)"
+        recording,
+        "parameters changed during the log",
+        "MOT_1_DIRECTION -1 (1 before)",
+        "SERVO2_FUNCTION 34 (33 before)",
     )
 
 
@@ -178,7 +181,7 @@ BOAT = [link.parameter(0.0, name, value) for name, value in (("SERVO1_FUNCTION",
 @pytest.mark.parametrize(
     ("form", "parts", "because"),
     [
-        ("tlog", (link.swum(DIVE, kind=link.BOAT),), "its heartbeat says type surface boat"),
+        ("tlog", (link.swum(DIVE, kind=link.BOAT),), "its heartbeat reports type surface boat"),
         ("mcap", (BOAT, link.swum(DIVE)), "SERVO1_FUNCTION 74 (right throttle), SERVO3_FUNCTION 73 (left throttle)"),
         ("BIN", ([link.firmware(0.0, "ArduRover V4.2.3 (9a1b2c3d)")], link.swum(DIVE)), "its firmware is ArduRover"),
         ("BIN", (BOAT, link.swum(DIVE)), "SERVO1_FUNCTION 74"),
@@ -203,9 +206,9 @@ def test_a_log_that_began_while_the_vehicle_was_armed(tmp_path: Path) -> None:
     recording = read(written(tmp_path, "BIN", *said, events=False))
     same(recording, DIVE.torque, after=float(recording.time[0]) - BOOT)
     assert recording.time[0] - BOOT <= 2.0
-    assert noted(recording, "nothing says whether the vehicle was armed (no ARM message does), but its outputs move")
+    assert noted(recording, "no ARM message shows whether the vehicle was armed, but its outputs move")
     silent = [each for each in link.in_order(*said) if each.message.get_type() != "HEARTBEAT"]
-    assert noted(read(written(tmp_path, "tlog", silent)), "no HEARTBEAT message does")
+    assert noted(read(written(tmp_path, "tlog", silent)), "no HEARTBEAT message shows")
     for form, rest in (("BIN", {"events": False}), ("tlog", {})):
         still = [each for each in link.swum(DIVE, IDLE + 6.0) if each.message.get_type() != "HEARTBEAT"]
         with pytest.raises(BadInput, match="was never armed, so there is nothing to learn from"):
@@ -220,7 +223,7 @@ def test_whose_first_word_is_that_it_was_disarmed(tmp_path: Path, message: str, 
     )
     assert recording.time[0] - BOOT <= 2.0
     assert 14.9 < recording.time[-1] - BOOT < 15.0
-    assert noted(recording, "the log began while the vehicle was armed", f"{message} says is that it was disarmed")
+    assert noted(recording, "the log began while the vehicle was armed", f"{message} reports it disarmed")
 
 
 def test_events_of_other_things_do_not_disarm(tmp_path: Path) -> None:

@@ -74,9 +74,9 @@ def test_a_second_run_replaces_nothing_unless_asked(folder: Path, capsys: pytest
     assert keys(folder, "--role", "learner", "--role", "vehicle") == 0
     first = contents()
     assert keys(folder) == 2
-    assert "holds an authority already" in capsys.readouterr().err
+    assert "already contains an authority" in capsys.readouterr().err
     assert keys(folder, "--role", "vehicle") == 2
-    assert "holds a key of the vehicle already" in capsys.readouterr().err
+    assert "already contains a key of the vehicle" in capsys.readouterr().err
     assert contents() == first
     assert keys(folder, "--role", "viewer") == 0
     added = contents()
@@ -132,7 +132,7 @@ def test_without_its_library_it_says_what_to_install(
 def test_good_files_are_said_to_be_good(folder: Path, check: Check) -> None:
     keys(folder, "--prefix", "rov7/yaw")
     assert check(prefix="rov7/yaw").startswith("0 ")
-    assert "lets nobody publish leng/yaw/rate" in check()
+    assert "allows nobody to publish leng/yaw/rate" in check()
 
 
 def test_a_file_that_the_units_user_cannot_read_is_named(folder: Path, check: Check) -> None:
@@ -160,7 +160,7 @@ def test_files_that_no_client_would_accept_are_named(folder: Path, check: Check)
     tls = folder / "tls"
     certificate = (tls / "learner.pem").read_bytes()
     (tls / "learner.pem").write_bytes((tls / "viewer.pem").read_bytes())
-    assert "are no certificate and its key" in check()
+    assert "are not a certificate and its key" in check()
     (tls / "learner.pem").write_bytes(certificate)
     file = tls / "learner.json5"
     good = file.read_text(encoding="utf-8")
@@ -172,6 +172,6 @@ def test_files_that_no_client_would_accept_are_named(folder: Path, check: Check)
     assert keys(folder, "--role", "vehicle", "--replace") == 0
     assert check().startswith("0 ")
     (tls / "ca.pem").write_text("no certificate", encoding="utf-8")
-    assert "holds no certificate of an authority" in check()
+    assert "contains no certificate of an authority" in check()
     (tls / "ca.pem").unlink()
     assert f"root_ca_certificate: {tls / 'ca.pem'}: there is no such file" in check()

@@ -97,8 +97,8 @@ def test_a_certificate_that_ends_soon_is_on_health_in_the_check_and_said_by_the_
 @pytest.mark.parametrize(
     ("role", "begins", "ends", "sentence"),
     [
-        ("learner", -9 * DAY, -DAY, "the certificate of what listens at {endpoint} ended on"),
-        ("learner", DAY, 9 * DAY, "the certificate of what listens at {endpoint} is valid from"),
+        ("learner", -9 * DAY, -DAY, "the certificate of the server at {endpoint} ended on"),
+        ("learner", DAY, 9 * DAY, "the certificate of the server at {endpoint} is valid from"),
         ("viewer", -9 * DAY, -DAY, "the certificate {tls}/viewer.pem ended on"),
         ("viewer", DAY, 9 * DAY, "the certificate {tls}/viewer.pem is valid from"),
     ],
@@ -133,7 +133,7 @@ def test_a_clock_that_is_wrong_on_the_other_side_is_named(tls: Path, monkeypatch
     redated(tls, "learner", -9 * DAY, 9 * DAY)
     with (
         open_session(from_file(tls / "learner.json5")),
-        pytest.raises(BusRefusal, match=r"viewer\.pem for one of another time, .* set the clock of the other machine"),
+        pytest.raises(BusRefusal, match=r"viewer\.pem as expired, .* set the clock of the other machine"),
     ):
         open_session(from_file(tls / "viewer.json5"))
 

@@ -104,12 +104,12 @@ def changed(statement: str) -> Callable[[Path], None]:
     ("damage", "said"),
     [
         (emptied, "power cut"),
-        (removed, "it is gone"),
-        (removed_but_for_its_log, "it is gone"),
+        (removed, "it is missing"),
+        (removed_but_for_its_log, "it is missing"),
         (halved, "damaged"),
         (no_database, "damaged"),
         (zeroed, "damaged"),
-        (a_directory, "a directory stands in its place"),
+        (a_directory, "a directory is in its place"),
         (changed("UPDATE memory SET value = '{}'"), "checksum"),
         (changed("UPDATE memory SET value = replace(CAST(value AS TEXT), '1', '2')"), "checksum"),
         (changed("DELETE FROM memory"), "its memory is missing"),
@@ -129,7 +129,7 @@ def test_what_is_lost_or_damaged_is_said_and_the_learner_begins_anew(
     (notice,) = store.notices
     assert left is None or state.with_name("yaw.refused-1.sqlite").read_bytes() == left
     assert said in notice
-    assert "learning begins anew" in notice
+    assert "learning starts with an empty model" in notice
     save(store, outcomes[0])
     assert store.problem is None
     store.close()
@@ -160,7 +160,7 @@ def test_a_missing_row_is_not_answered_with_an_older_one(
 ) -> None:
     changed("DELETE FROM history WHERE revision = 2")(state)
     store = Store(tmp_path, configured())
-    with pytest.raises(NotKept, match="what followed revision 1 is lost"):
+    with pytest.raises(NotKept, match="revisions after 1 are lost"):
         store.history.at(outcomes[1].snapshot.t)
     assert store.history.at(outcomes[2].snapshot.t).revision == 3
     store.close()
@@ -212,7 +212,7 @@ def test_after_a_start_with_wrong_settings_the_state_that_fits_comes_back(
     wrong.close()
     right = Store(tmp_path, configured())
     assert right.memory == outcomes[-1].memory
-    assert "yaw.refused-1.sqlite fits and was taken up again" in right.notices[0]
+    assert "yaw.refused-1.sqlite fits and was restored" in right.notices[0]
     assert len(right.history.reports(0, 10, 10**9)) == 3
     right.close()
     wrong = Store(tmp_path, configured(vehicle__inertia=360.0))
