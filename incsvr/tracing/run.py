@@ -119,7 +119,8 @@ def _check_streams(run: Run) -> None:
     period = sample_period([run], "yaw_rate")
     if period >= 1.0 and period == round(period) and run.time[-1] - run.time[0] > 2000.0:
         raise BadInput(
-            f"{run.name}: the yaw rate is sampled every {period:g} s, which looks like time stamps in ms; divide t by 1000"
+            f"{run.name}: the yaw rate is sampled every {period:g} s, which looks like time stamps in ms; "
+            "divide t by 1000"
         )
     fastest = float(np.nanpercentile(np.abs(run.yaw_rate), 99))
     if fastest > (of_rate(run.rate_name).fastest if run.rate_limit is None else run.rate_limit):
