@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from incsvr.forecasting.experience import Experience
-from incsvr.forecasting.forecast import Forecast, Start, forecast
+from incsvr.forecasting.forecast import Forecast, Start, Surroundings, forecast
 from incsvr.forecasting.grid import Grid
 
-__all__ = ["Experience", "Forecast", "Grid", "Start", "forecast"]
+__all__ = ["Experience", "Forecast", "Grid", "Start", "Surroundings", "forecast"]

@@ -17,15 +17,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.forecasting.free_runs import free_runs
 from incsvr.forecasting.grid import Grid
-from incsvr.forecasting.propagation import Curve, propagate
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
+
+if TYPE_CHECKING:
+    from incsvr.compensation.effects_in_force import Compensation
 
 HORIZONS_S = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0)
 """Times ahead at which errors are kept [s]."""
@@ -67,16 +70,18 @@ class Experience:
     square: float = 0.0
     until: float = -math.inf
 
-    def after(self, model: Model, inertia: float, grid: Grid) -> Experience:
+    def after(self, model: Model, inertia: float, grid: Grid, effects: Compensation | None = None) -> Experience:
         """With what a grid holds that is not learned yet; `model` is served, trained or not.
 
         Args:
+            inertia: as it is declared [kg m²].
             grid: the streams as far back as the longest horizon.
+            effects: traced effects in force, with which the models were learned.
         """
         if not grid.time.size:
             return self
         if grid.time[-1] < self.until:  # the vehicle's clock restarted
-            return replace(self, models=(), until=-math.inf).after(model, inertia, grid)
+            return replace(self, models=(), until=-math.inf).after(model, inertia, grid, effects)
         new = grid.time > self.until
         rates = grid.rate[new][np.isfinite(grid.rate[new])]
         models = self.models
@@ -91,8 +96,12 @@ class Experience:
                 square=stays * self.square + (1.0 - stays) * float(np.mean(rates**2)),
             )
         if kept.models and kept.fastest > 0.0:
-            kept = kept._tried(inertia, grid)
+            kept = kept._tried(inertia, grid, effects)
         return replace(kept, until=float(grid.time[-1]))
+
+    def under_other_effects(self) -> Experience:
+        """Where other effects are in force from now on: the errors of forecasts come anew, with the models."""
+        return Experience(fastest=self.fastest, square=self.square, until=self.until)
 
     @property
     def usual(self) -> float:
@@ -139,28 +148,36 @@ class Experience:
             raise ValueError("these are no rates")
         return Experience(scores=scores, fastest=fastest, square=square)
 
-    def _tried(self, inertia: float, grid: Grid) -> Experience:
+    def _tried(self, inertia: float, grid: Grid, effects: Compensation | None) -> Experience:
         """With the errors of forecasts that end in the new part."""
         scores = list(self.scores)
         for part in grid.stretches():
-            for which, found in self._stretch(inertia, grid, part):
+            for which, found in self._stretch(inertia, grid.part(part), float(grid.time[-1]), effects):
                 scores[which] = np.concatenate((scores[which], found))[-HORIZON_ERRORS:]
         return replace(self, scores=tuple(scores))
 
-    def _stretch(self, inertia: float, grid: Grid, part: slice) -> Iterator[tuple[int, Array]]:
-        time, measured, moment, step = grid.time[part], grid.rate[part], grid.torque[part], grid.step
+    def _stretch(
+        self, inertia: float, grid: Grid, batch_end: float, effects: Compensation | None
+    ) -> Iterator[tuple[int, Array]]:
+        """Of each horizon the errors over a grid without a pause; its batch ended at `batch_end` [s]."""
+        time, measured, step = grid.time, grid.rate, grid.step
         turned = np.concatenate(([0.0], np.cumsum(0.5 * step * (measured[1:] + measured[:-1]))))
         lengths = [round(horizon / step) for horizon in HORIZONS_S]
         ends_from = int(np.searchsorted(time, self.until, side="right"))
         starts = [_starts(time.size, length, ends_from) for length in lengths]
+        ahead = None
+        if effects is not None:
+            # Loaded where it is needed alone: it brings the catalogue of effects with it.
+            from incsvr.forecasting.effects_ahead import EffectsAhead
+
+            ahead = EffectsAhead(effects, grid)
         for model, own in self._by_model(time):
             mine = np.unique(np.concatenate([each[own[each]] for each in starts]))
             if not mine.size:
                 continue
             longest = max(length for length, each in zip(lengths, starts, strict=True) if own[each].any())
-            curve = Curve.of(model, inertia, self.fastest, grid.sample_period)
             rows = np.minimum(mine + np.arange(longest + 1)[:, None], time.size - 1)
-            runs = propagate(curve, measured[mine], self.start_sigma, moment[rows], step)
+            runs = free_runs(model, inertia, self.fastest, grid, rows, measured[mine], self.start_sigma, ahead)
             for which, (length, each) in enumerate(zip(lengths, starts, strict=True)):
                 column = np.searchsorted(mine, each[own[each]])
                 if column.size:
@@ -168,7 +185,7 @@ class Experience:
                     off = np.abs(runs.rate[length, column] - measured[end]) / runs.rate_sigma[length, column]
                     away = np.abs(runs.heading[length, column] - (turned[end] - turned[mine[column]]))
                     claimed = runs.heading_sigma[length, column]
-                    yield which, np.column_stack((np.full(end.size, grid.time[-1]), off, away / claimed))
+                    yield which, np.column_stack((np.full(end.size, batch_end), off, away / claimed))
 
     def _by_model(self, at: Array) -> Iterator[tuple[Model, NDArray[np.bool_]]]:
         """Each model with the instants (n,) at which it was the one to forecast with."""

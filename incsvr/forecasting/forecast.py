@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.forecasting.beside import Beside
 from incsvr.forecasting.experience import NORMAL_95_DEVIATIONS, Experience
-from incsvr.forecasting.propagation import Curve, propagate
+from incsvr.forecasting.free_runs import free_runs
+from incsvr.forecasting.grid import Grid
 from incsvr.learning.model import Model
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
+from incsvr.plant.body import Coupled
+
+if TYPE_CHECKING:
+    from incsvr.compensation.effects_in_force import Compensation
 
 MAX_FORECAST_S = 3600.0
 """Longest forecast [s]."""
@@ -26,6 +33,41 @@ class Start:
 
     time: float
     rate: float
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What moves the axis beside its own torque, for a forecast to go on with.
+
+    Attributes:
+        past: a grid without a pause that ends where the forecast starts, from which effects remember.
+        streams: name → (stamps [s], values) of the channels `names` and of those of the body, as far as they came:
+            beyond the last value of one it stays.
+        names: of the channels that the model or the effects look at.
+        body: the axis in its body; None takes it by itself.
+        smoothing: width of the learner's filter [s].
+        effects: traced effects in force; None for none.
+    """
+
+    past: Grid
+    streams: Streams
+    names: tuple[str, ...] = ()
+    body: Coupled | None = None
+    smoothing: float = 1.0
+    effects: Compensation | None = None
+
+    def ahead(self, even: Array, moment: Array, start: Start) -> Grid:
+        """The past, then the times (n,) [s] of a forecast with the torque (n,) there, as one grid of even steps."""
+        past, step = self.past, float(even[1] - even[0])
+        count = int((even[0] - past.time[0]) / step) if past.time.size else 0
+        before = even[0] - step * np.arange(count, 0, -1)
+        time = np.concatenate((before, even))
+        rate, torque = (
+            np.concatenate((np.interp(before, past.time, known) if count else before, new))
+            for known, new in ((past.rate, np.full(even.size, start.rate)), (past.torque, moment))
+        )
+        beside = Beside.at(time, self.streams, self.names, self.body, self.smoothing)
+        return Grid(time, step, rate, torque, past.sample_period, beside)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +100,7 @@ def forecast(
     *,
     step: float,
     sample_period: float,
+    surroundings: Surroundings | None = None,
 ) -> Forecast:
     """From a start to the times `at` (n,) [s], increasing, none before it.
 
@@ -65,6 +108,7 @@ def forecast(
         torque: stamps (m,) [s], increasing, and values (m,) [N m]: linear between them, held before and after.
         step: of the integration [s], that of the `Grid` which the experience is of.
         sample_period: between two samples of the learner [s].
+        surroundings: what else moves the axis; None where nothing does.
 
     Raises:
         BadInput: nothing was learned, or the times are none that can be reached.
@@ -78,10 +122,19 @@ def forecast(
         raise BadInput(f"a forecast over {ahead:.6g} s is longer than {MAX_FORECAST_S:g} s")
     step = max(step, ahead / MAX_FORECAST_STEPS)
     count = max(math.ceil(ahead / step), 1)
-    even = start.time + step * np.arange(count + 1)
-    curve = Curve.of(model, inertia, max(experience.fastest, abs(start.rate)), sample_period)
-    moment = np.interp(even, *torque)[:, None]
-    runs = propagate(curve, np.array([start.rate]), experience.start_sigma, moment, step)
+    even: Array = start.time + step * np.arange(count + 1, dtype=np.float64)
+    moment, effects = np.interp(even, *torque), None
+    grid = Grid(even, step, np.full(even.size, start.rate), moment, sample_period)
+    if surroundings is not None:
+        grid = surroundings.ahead(even, moment, start)
+        if surroundings.effects is not None:
+            # Loaded where it is needed alone: it brings the catalogue of effects with it.
+            from incsvr.forecasting.effects_ahead import EffectsAhead
+
+            effects = EffectsAhead(surroundings.effects, grid)
+    rows = np.arange(grid.time.size - even.size, grid.time.size)[:, None]
+    fastest = max(experience.fastest, abs(start.rate))
+    runs = free_runs(model, inertia, fastest, grid, rows, np.array([start.rate]), experience.start_sigma, effects)
     rate, turned, rate_sigma, turned_sigma = (
         np.interp(at, even, values[:, 0]) for values in (runs.rate, runs.heading, runs.rate_sigma, runs.heading_sigma)
     )

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.numerics import Array, integral_at
+from incsvr.forecasting.beside import BY_ITSELF, Beside, known_at
+from incsvr.numerics import Array, Streams, integral_at
+from incsvr.plant.body import Coupled
 
 STEPS_PER_WIDTH = 2.0
 """Steps in a width of the filter: what is quicker is the gyro's noise to the learner."""
@@ -24,6 +27,7 @@ class Grid:
         step: [s].
         rate, torque: (n,) means in each [rad/s], [N m]; NaN where a stream paused.
         sample_period: between two samples of the learner [s].
+        beside: what moves the axis beside its torque at these times.
     """
 
     time: Array
@@ -31,6 +35,7 @@ class Grid:
     rate: Array
     torque: Array
     sample_period: float
+    beside: Beside = BY_ITSELF
 
     @staticmethod
     def of(
@@ -57,9 +62,17 @@ class Grid:
         """The grid's step beside a filter of this width [s]."""
         return smoothing / STEPS_PER_WIDTH
 
-    def part(self, kept: NDArray[np.bool_]) -> Grid:
+    def part(self, kept: NDArray[np.bool_] | slice) -> Grid:
         """The steps (n,) that are kept."""
-        return Grid(self.time[kept], self.step, self.rate[kept], self.torque[kept], self.sample_period)
+        return replace(
+            self, time=self.time[kept], rate=self.rate[kept], torque=self.torque[kept], beside=self.beside.take(kept)
+        )
+
+    def among(self, streams: Streams, names: Sequence[str], body: Coupled | None, smoothing: float) -> Grid:
+        """The grid with channels and a body, as `Beside.at` takes them; where one is not known the torque is not."""
+        needed = (*names, *(() if body is None else body.streams))
+        torque = np.where(known_at(self.time, streams, needed), self.torque, np.nan)
+        return replace(self, torque=torque, beside=Beside.at(self.time, streams, names, body, smoothing))
 
     def stretches(self) -> list[slice]:
         """The parts in which neither stream paused."""

@@ -2,6 +2,9 @@
 
     I ṙ = τ − d(r) + w,  ψ̇ = r,  w a first-order Gauss–Markov process
 
+Where damping goes by other velocities, too, these are given along the runs; traced effects stand between τ and what
+drives, or scale d (`incsvr.forecasting.effects_ahead`).
+
 The mean follows an exponential (Rosenbrock–Euler) step, which is stable for any step and exact where d is a line. The
 covariance of (r, ψ, w) follows the same linearisation. The doubt of the curve is no noise: it is off to one side for
 long, so that it is carried as a sensitivity and its square added.
@@ -14,65 +17,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from incsvr.learning.model import Model
+from incsvr.forecasting.damping_tables import Curve, CurveAmongOthers
 from incsvr.numerics import Array
 
-TABLE_NODES = 2001
-"""Rates at which a curve is tabulated."""
-TABLE_REACH = 2.5
-"""Ends of the table, in fastest rates: a free run that is beyond is no forecast of anything."""
-MIN_CORRELATION = 0.05
-"""Correlation of the noise of two samples, at least: less cannot be told from none, and would be a time of nearly
-nothing."""
-
-
-@dataclass(frozen=True, slots=True)
-class Curve:
-    """A model's damping in even steps of the rate, and what noise its samples have.
-
-    Attributes:
-        low, step: the rates are low, low + step, … [rad/s].
-        damping, slope, sigma: (TABLE_NODES,) d(r) [N m], d′(r) [N m s/rad], one standard deviation of the curve [N m].
-        inertia: I [kg m²].
-        disturbance: one standard deviation of w [N m].
-        lasts: its correlation time [s].
-    """
-
-    low: float
-    step: float
-    damping: Array
-    slope: Array
-    sigma: Array
-    inertia: float
-    disturbance: float
-    lasts: float
-
-    @staticmethod
-    def of(model: Model, inertia: float, fastest: float, period: float) -> Curve:
-        """A trained model's, out to TABLE_REACH times the fastest rate [rad/s]; `period` is between two samples [s]."""
-        rates = np.linspace(-TABLE_REACH * fastest, TABLE_REACH * fastest, TABLE_NODES)
-        said = model.predict(rates)
-        step = float(rates[1] - rates[0])
-        # A free run must not gain energy: where a curve drives, by its own doubt, it is taken for a flat one.
-        slope = np.maximum(np.gradient(said.damping, step), 0.0)
-        lasts = -period / math.log(min(max(model.correlation, MIN_CORRELATION), 0.999))
-        return Curve(
-            float(rates[0]), step, said.damping, slope, said.curve_sigma, inertia, float(model.sigma), float(lasts)
-        )
-
-    def at(self, rate: Array) -> tuple[Array, Array, Array]:
-        """Damping, slope and doubt at (n,) rates, those of the ends beyond them."""
-        place = np.clip((rate - self.low) / self.step, 0.0, TABLE_NODES - 1.001)
-        cell = place.astype(np.intp)
-        part = place - cell
-        return (
-            self.damping[cell] + part * (self.damping[cell + 1] - self.damping[cell]),
-            self.slope[cell],
-            self.sigma[cell],
-        )
+if TYPE_CHECKING:
+    from incsvr.forecasting.effects_ahead import EffectsOnRuns
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,14 +43,23 @@ class Runs:
     heading_sigma: Array
 
 
-def propagate(curve: Curve, rate: Array, rate_sigma: float, torque: Array, step: float) -> Runs:
+def propagate(
+    curve: Curve | CurveAmongOthers,
+    rate: Array,
+    rate_sigma: float,
+    torque: Array,
+    step: float,
+    effects: EffectsOnRuns | None = None,
+) -> Runs:
     """n free runs of the same length.
 
     Args:
         rate: (n,) where they start [rad/s].
         rate_sigma: how well that is known [rad/s].
-        torque: (steps + 1, n) at the ends of the steps, linear between [N m].
+        torque: (steps + 1, n) at the ends of the steps, linear between [N m]; with effects what acts beside their
+            thrust.
         step: [s].
+        effects: traced effects along these runs; None for none.
     """
     steps, count = torque.shape[0] - 1, rate.size
     out = np.empty((4, steps + 1, count))
@@ -113,11 +75,21 @@ def propagate(curve: Curve, rate: Array, rate_sigma: float, torque: Array, step:
         out[2, k], out[3, k] = np.sqrt(rr + off_r**2), np.sqrt(np.maximum(pp, 0.0) + off_psi**2)
         if k == steps:
             break
-        damping, slope, sigma = curve.at(r)
-        decay = np.exp(-slope * step / curve.inertia)
-        gain = np.where(slope > 0.0, (1.0 - decay) / np.maximum(slope, 1e-300), step / curve.inertia)
         before = r
-        r = r + gain * (0.5 * (torque[k] + torque[k + 1]) - damping)
+        moment = 0.5 * (torque[k] + torque[k + 1])
+        if effects is not None:
+            r = effects.rubbed(r)
+        damping, slope, sigma = curve.at(r, k)
+        if effects is not None:
+            driving, falls, factor = effects.at(k, r, psi)
+            moment = moment + driving
+            damping, sigma, slope = factor * damping, factor * sigma, np.maximum(factor * slope + falls, 0.0)
+        decay = np.exp(-slope * step / curve.inertia)
+        gain = np.where(slope != 0.0, (1.0 - decay) / np.where(slope == 0.0, 1.0, slope), step / curve.inertia)
+        r = r + gain * (moment - damping)
+        if effects is not None:
+            r = effects.rubbed(r)
+            effects.moved(0.5 * (before + r), step)
         psi = psi + 0.5 * step * (before + r)
         off_before = off_r
         off_r = decay * off_r + gain * sigma

@@ -183,11 +183,27 @@ class Dynamics:
         """(m,) ṙ [rad/s²] in cells (m,) at these rates, with dry friction only if asked for."""
         moment = self.drive[cell] - self.factor[cell] * self.drag(rate)
         parts = [*self.motions, *self.friction] if friction else self.motions
+        return self._left_by(parts, moment, cell, rate, heading, water) / self.inertia
+
+    def moment(self, cell: NDArray[np.intp], rate: Array, heading: Array, water: Mapping[float, Array]) -> Array:
+        """(m,) what drives against inertia and damping [N m] in cells (m,) at these rates, but for dry friction."""
+        return self._left_by(self.motions, self.drive[cell], cell, rate, heading, water)
+
+    def _left_by(
+        self,
+        parts: Sequence[Part],
+        moment: Array,
+        cell: NDArray[np.intp],
+        rate: Array,
+        heading: Array,
+        water: Mapping[float, Array],
+    ) -> Array:
+        """(m,) what these effects of the motion leave of a moment (m,) [N m]."""
         if parts:
             now = self.instant(cell, rate, heading, water, self.channels)
             for part in parts:
                 moment = moment - torque_taken(part, now)
-        return moment / self.inertia
+        return moment
 
     def simulate(self, windows: Windows) -> Trajectory:
         """The motion in each window from what was measured at its beginning."""
@@ -196,7 +212,7 @@ class Dynamics:
         water = {constant: s.lowpass(s.rate, constant)[windows.first] for constant in self.constants}
         shape = (windows.length + 1, rate.size)
         course = Trajectory(np.empty(shape), np.empty(shape), {constant: np.empty(shape) for constant in water})
-        rubbed = self._rubbed(0.5 * h)
+        rubbed = self.friction_loss(0.5 * h)
         for k in range(windows.length + 1):
             course.rate[k], course.heading[k] = rate, heading
             for constant, values in water.items():
@@ -224,7 +240,7 @@ class Dynamics:
         new = rate + self.step * np.expm1(z) / z * push
         return np.asarray(np.clip(new, -self.limit, self.limit))
 
-    def _rubbed(self, duration: float) -> tuple[Array, float] | None:
+    def friction_loss(self, duration: float) -> tuple[Array, float] | None:
         """By how much dry friction slows the turn in a while [rad/s], forward and backward, and its width [rad/s]."""
         if not self.friction:
             return None

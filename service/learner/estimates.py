@@ -8,19 +8,7 @@ from incsvr.errors import BadInput
 from service import wire
 from service.learner.node import LearnerNode
 from service.learner.published import check_trained
-from service.learner.stand_in import ForecastFromStart, StandIn
-
-NO_FORECAST_WITH_EFFECTS = (
-    "a forecast does not include traced effects yet, so there is none while effects are in force; ask for the damping"
-)
-NO_FORECAST_OVER_SEVERAL = (
-    "a forecast does not include further velocities yet, so there is none where learner.inputs has several; ask for "
-    "the damping"
-)
-NO_FORECAST_IN_A_BODY = (
-    "a forecast does not include coupled axes and restoring moments yet, so there is none with vehicle.mass_matrix or "
-    "vehicle.weight; ask for the damping"
-)
+from service.learner.stand_in import ForecastFromStart
 
 
 def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.ForecastReply:
@@ -31,9 +19,10 @@ def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.
 
     Raises:
         NothingLearned: ask again later.
-        BadInput: the question is none, or effects are in force, or other velocities have a part in the torque.
+        BadInput: the question is none, or what a forecast needs does not come.
     """
-    stand_in, served, smoothing = _ready(node), node.served, node.batches.smoothing
+    check_trained(node.served.model)
+    stand_in, served, smoothing = node.stand_in, node.served, node.batches.smoothing
     believed = node.current_warnings.paused is None
     if asked is None:
         ahead = stand_in.since_measured(served.model, smoothing, believed)
@@ -71,7 +60,7 @@ def estimate(node: LearnerNode, silent_s: float | None) -> wire.Estimate | None:
         silent_s: for how long it has been silent, by the clock on the wall [s]; None where it is not.
     """
     paused = node.current_warnings.paused
-    if (silent_s is None and paused is None) or node.stand_in is None or not node.served.model.is_trained:
+    if (silent_s is None and paused is None) or not node.served.model.is_trained:
         return None
     try:
         ahead = node.stand_in.since_measured(node.served.model, node.batches.smoothing, paused is None)
@@ -106,12 +95,3 @@ def _last(node: LearnerNode, ahead: ForecastFromStart, why: str) -> wire.Estimat
         iteration=node.served.iteration,
         revision=node.served.revision,
     )
-
-
-def _ready(node: LearnerNode) -> StandIn:
-    if node.stand_in is None or node.served.effects:
-        if node.config.further_inputs:
-            raise BadInput(NO_FORECAST_OVER_SEVERAL)
-        raise BadInput(NO_FORECAST_WITH_EFFECTS if node.config.coupled() is None else NO_FORECAST_IN_A_BODY)
-    check_trained(node.served.model)
-    return node.stand_in

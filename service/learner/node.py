@@ -86,10 +86,7 @@ class LearnerNode:
         window = Window(signals, config.tracing.window) if config.tracing.on else None
         coupled, others = config.coupled(), self._settings.others
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled, others)
-        #: None where effects or other velocities are known that a forecast would have to hold.
-        known_before = (memory or {}).get("forecast")
-        alone = effects is None and coupled is None and not others
-        self.stand_in = StandIn(signals, known_before) if alone else None
+        self.stand_in = StandIn(signals, (memory or {}).get("forecast"), others, coupled, compensation)
         self._judged_until: float | None = None  # the last stamp of the last batch, learned or put aside [s]
         self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)
@@ -107,8 +104,7 @@ class LearnerNode:
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
         """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where a batch waits to be learned."""
-        if self.stand_in is not None:
-            self.stand_in.push(stream, t, value)
+        self.stand_in.push(stream, t, value)
         return self.batches.push(stream, t, value)
 
     def learn(self) -> CommittedIteration | None:
@@ -118,23 +114,20 @@ class LearnerNode:
         first model are taken without one: there is nothing to publish yet. Where it raises, the batch is lost and all
         else is as it was.
         """
-        if self.stand_in is not None:
-            self.stand_in.catch_up()
+        self.stand_in.catch_up()
         while (batch := self.batches.next_batch()) is not None:
             self._judged_until = float(batch.time[-1])
             guarded, verdict, taken_back = guard.judge(self._settings, self._vehicle, self._guarded, batch)
             outcome = None
             if verdict.learn:
-                if self.stand_in is not None:
-                    self.stand_in.batch_learned(self.served.model, batch, self.batches.smoothing)
+                self.stand_in.batch_learned(self.served.model, batch, self.batches.smoothing)
                 new = self._prepare(guarded, batch, self.served.effects, self._validation)
                 if new.served.model.is_trained:
                     outcome = self._adopt(new)
                 else:
                     self._keep(new)
             elif taken_back is not None:
-                if self.stand_in is not None:
-                    self.stand_in.taken_back()
+                self.stand_in.taken_back()
                 outcome = self._adopt(self._prepare_return(guarded, batch, taken_back))
             else:
                 self._guarded = guarded
@@ -175,6 +168,7 @@ class LearnerNode:
             new = self._prepare(self._guarded, last, findings, validation)
         self.batches.restart(compensation, float(last.time[-1]), restarts)
         self._validation = dict(validation)
+        self.stand_in.change_effects(compensation)
         self.ledger = self.ledger.model_copy(update={"batch": None})
         if not new.served.model.is_trained:
             self._keep(new)
@@ -252,8 +246,7 @@ class LearnerNode:
         }
         if whole:
             known["on_the_way"] = self.batches.to_dict()
-            if self.stand_in is not None:
-                known["forecast"] = self.stand_in.to_dict()
+            known["forecast"] = self.stand_in.to_dict()
         return known
 
     def coefficients(self) -> wire.Coefficients:

@@ -13,18 +13,24 @@ from array import array
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.forecasting import Experience, Forecast, Grid, Start, forecast
+from incsvr.forecasting import Experience, Forecast, Grid, Start, Surroundings, forecast
+from incsvr.forecasting.beside import HEADING
 from incsvr.forecasting.experience import HORIZONS_S
 from incsvr.learning.model import Model
-from incsvr.numerics import Array
-from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
+from incsvr.numerics import Array, Stream
+from incsvr.plant.body import Coupled
+from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED
+from incsvr.signals.streams import JUMP_S
+
+if TYPE_CHECKING:
+    from incsvr.compensation.effects_in_force import Compensation
 
 log = logging.getLogger(__name__)
 
@@ -46,11 +52,27 @@ class ForecastFromStart:
 
 
 class StandIn:
-    """The stand-in of a learner with these signals; `memory` is what an earlier `to_dict` gave."""
+    """The stand-in of a learner with these signals.
 
-    def __init__(self, signals: SignalSettings, memory: Mapping[str, Any] | None = None) -> None:
+    Args:
+        signals: how streams become samples.
+        memory: what an earlier `to_dict` gave.
+        others: the channels of the further velocities that damping is learned over.
+        coupled: the axis in its body; None takes it by itself.
+        effects: the traced effects in force.
+    """
+
+    def __init__(
+        self,
+        signals: SignalSettings,
+        memory: Mapping[str, Any] | None = None,
+        others: tuple[str, ...] = (),
+        coupled: Coupled | None = None,
+        effects: Compensation | None = None,
+    ) -> None:
         self._signals, self._lock = signals, threading.Lock()
-        self._raw = {stream: (array("d"), array("d")) for stream in (YAW_RATE, TORQUE)}
+        self._others, self._coupled, self._effects = others, coupled, effects
+        self._raw = {stream: (array("d"), array("d")) for stream in (*REQUIRED, *signals.channels)}
         self._believed_ends: deque[float] = deque(maxlen=3)
         self._pending_trial: tuple[Model, float, float, float] | None = None
         try:
@@ -59,7 +81,7 @@ class StandIn:
             self.experience = Experience()
 
     def push(self, stream: str, t: Array, value: Array) -> None:
-        """Keeps (n,) stamps [s] and values of yaw rate or torque; what is no measurement is left out later."""
+        """Keeps (n,) stamps [s] and values of a stream; what is no measurement is left out later."""
         if stream not in self._raw:
             return
         with self._lock:
@@ -83,7 +105,10 @@ class StandIn:
         (model, begin, end, smoothing), self._pending_trial = self._pending_trial, None
         try:
             grid = self._grid(begin - HORIZONS_S[-1], end, smoothing)
-            self.experience = self.experience.after(model, self._signals.inertia, grid)
+            if (names := self._names()) or self._coupled is not None:
+                grid = grid.among(self._channels(), names, self._coupled, smoothing)
+            if self._known_heading:
+                self.experience = self.experience.after(model, self._signals.inertia, grid, self._effects)
         except Exception:  # whatever came, learning goes on; the intervals begin anew
             log.exception("a fault of this program: forecasts could not be tried")
             self.experience = Experience()
@@ -93,6 +118,11 @@ class StandIn:
         """The batch that was learned last was not to be believed."""
         if self._believed_ends:
             self._believed_ends.pop()
+
+    def change_effects(self, effects: Compensation | None) -> None:
+        """From now on these effects are in force, and the model was learned with them."""
+        self._effects, self._pending_trial = effects, None
+        self.experience = self.experience.under_other_effects()
 
     def since_measured(self, model: Model, smoothing: float, believed: bool) -> ForecastFromStart:
         """From the last measurement to the newest torque.
@@ -104,34 +134,67 @@ class StandIn:
         Raises:
             BadInput: there is no measurement to begin with, or no model.
         """
-        start, torque, newest = self._begin(smoothing, believed)
+        start, torque, newest, past = self._begin(smoothing, believed)
         ahead = max(newest - start.time, 0.0)
         at = start.time + np.linspace(0.0, ahead, 61 if ahead > 0.0 else 1)
-        return self._ahead(model, smoothing, start, torque, at, newest)
+        return self._ahead(model, smoothing, start, torque, at, newest, past)
 
     def under(
         self, model: Model, smoothing: float, believed: bool, t: Array, torque: Array, at: Array
     ) -> ForecastFromStart:
         """From the last measurement on under a torque that somebody plans: times (n,) from then on [s], and [N m]."""
-        start, _, newest = self._begin(smoothing, believed)
+        start, _, newest, past = self._begin(smoothing, believed)
         profile = start.time + t, torque
-        return self._ahead(model, smoothing, start, profile, start.time + at, newest)
+        return self._ahead(model, smoothing, start, profile, start.time + at, newest, past)
 
     def to_dict(self) -> dict[str, Any]:
         return self.experience.to_dict()
 
     def _ahead(
-        self, model: Model, smoothing: float, start: Start, torque: tuple[Array, Array], at: Array, newest: float
+        self, model: Model, smoothing: float, start: Start, torque: Stream, at: Array, newest: float, past: Grid
     ) -> ForecastFromStart:
-        grid_step = Grid.step_for(smoothing)
         found = forecast(
-            self.experience, model, self._signals.inertia, start, torque, at,
-            step=grid_step, sample_period=self._signals.sample_period,
+            self.experience, model, self._signals.inertia, start, torque, at, step=past.step,
+            sample_period=past.sample_period, surroundings=self._surroundings(past, smoothing, newest),
         )  # fmt: skip
         return ForecastFromStart(start, found, newest)
 
-    def _begin(self, smoothing: float, believed: bool) -> tuple[Start, tuple[Array, Array], float]:
-        """Where an estimate starts, the torque from there on, and the newest stamp of it."""
+    def _surroundings(self, past: Grid, smoothing: float, newest: float) -> Surroundings | None:
+        """What else moves the axis; None where nothing does."""
+        names, body = self._names(), self._coupled
+        if not names and body is None and self._effects is None:
+            return None
+        if not self._known_heading:
+            raise BadInput(
+                "an effect of the heading is in force, and nothing tells where the heading counts from, so there is no "
+                "forecast: add heading to signals.channels where the vehicle measures it"
+            )
+        streams = self._channels()
+        for name, (stamps, _) in streams.items():
+            if not stamps.size or newest - stamps[-1] > JUMP_S:
+                raise BadInput(
+                    f"a forecast needs {name}, and none has come for more than {JUMP_S:g} s; ask again when it comes"
+                )
+        return Surroundings(past, streams, names, body, smoothing, self._effects)
+
+    def _names(self) -> tuple[str, ...]:
+        """The channels that the model or the effects look at."""
+        read = () if self._effects is None else self._effects.reads(self._signals.channels)
+        return tuple(dict.fromkeys((*self._others, *read)))
+
+    def _channels(self) -> dict[str, Stream]:
+        """The channels that a forecast needs, with those of the body."""
+        body = () if self._coupled is None else self._coupled.streams
+        return {name: self._stream(name) for name in (*self._names(), *body)}
+
+    @property
+    def _known_heading(self) -> bool:
+        """Whether the heading is measured where an effect looks at it."""
+        effects = self._effects
+        return effects is None or not effects.of_heading or HEADING in self._signals.channels
+
+    def _begin(self, smoothing: float, believed: bool) -> tuple[Start, Stream, float, Grid]:
+        """Where an estimate starts, the torque from there on, the newest stamp of it, and what came until the start."""
         until = math.inf
         if not believed:
             if not self._believed_ends:
@@ -147,14 +210,16 @@ class StandIn:
             raise BadInput(f"the last valid yaw rate is older than {MEMORY_S:g} s, or no torque arrived with it")
         place = int(known[-1])
         start = Start(float(grid.time[place]), float(grid.rate[place]))
+        unknown = np.flatnonzero(~np.isfinite(grid.rate[: place + 1] + grid.torque[: place + 1]))
+        past = grid.part(slice(int(unknown[-1]) + 1 if unknown.size else 0, place + 1))
         since = torque[0] >= start.time - 2.0 * grid.step
         if self._signals.torque == COMMANDED:  # it holds: said by a second stamp just before the next
             stamps, values = torque[0][since], torque[1][since]
             edges = np.maximum(np.nextafter(stamps[1:], -np.inf), stamps[:-1])
             together = np.concatenate((stamps, edges)), np.concatenate((values, values[:-1]))
             order = np.argsort(together[0], kind="stable")
-            return start, (together[0][order], together[1][order]), newest
-        return start, (torque[0][since], torque[1][since]), newest
+            return start, (together[0][order], together[1][order]), newest, past
+        return start, (torque[0][since], torque[1][since]), newest, past
 
     def _grid(self, begin: float, end: float, smoothing: float) -> Grid:
         parts = []
@@ -165,11 +230,12 @@ class StandIn:
         held = self._signals.torque == COMMANDED
         return Grid.of(parts[0], parts[1], smoothing, self._signals.sample_period, held)
 
-    def _stream(self, stream: str) -> tuple[Array, Array]:
+    def _stream(self, stream: str) -> Stream:
         """What is kept of it and is a measurement, by rising stamps, each once."""
         with self._lock:
             time, value = (np.array(kept) for kept in self._raw[stream])
-        limit = self._signals.rate_limit if stream == YAW_RATE else self._signals.torque_limit
+        limits = {YAW_RATE: self._signals.rate_limit, TORQUE: self._signals.torque_limit}
+        limit = limits.get(stream, math.inf)
         kept = np.isfinite(time) & np.isfinite(value) & (np.abs(value) <= limit)
         time, value = time[kept], value[kept]
         # A stamp far ahead of all others is a mistake, one far behind is of the time before a clock began anew: both

@@ -13,15 +13,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
+from numpy.typing import NDArray
 
+from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service import wire
 from service.cli.command_line import main
+from service.config.configuration import Config
 from service.learner.estimates import estimate, forecast_reply
 from service.learner.node import LearnerNode
+from service.live.effects import configured_effects
 from service.recordings.recording import Recording
-from simulator import leng
+from simulator import leng, planar
+from tests.hidden import recording as hidden
+from tests.hidden import write_trace
 from tests.service.conftest import PATIENCE, StartBench, configured, teach
+from tests.whole_vehicle import MASS, whole_vehicle
 
 SEED = 9
 BLOCK = zenoh.CongestionControl.BLOCK
@@ -210,3 +217,72 @@ def test_bad_words_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     ):
         assert main(["forecast", *words]) == 2
         assert sentence in capsys.readouterr().err
+
+
+def forecast_errors(config: Config, run: Recording, lost: float, until: float) -> tuple[Array, NDArray[np.bool_]]:
+    """(n,) errors of the yaw rate [rad/s], and whether the interval holds it, from when the gyro is lost on [s]."""
+    node = LearnerNode(config, boot="", effects=configured_effects(config))
+    for end in np.arange(5.0, until + 5.0, 5.0).tolist():
+        for name, (t, value) in run.streams().items():
+            kept = (t >= end - 5.0) & (t < min(end, lost if name == "yaw_rate" else until))
+            if kept.any():
+                node.push(name, t[kept], value[kept])
+        while node.learn() is not None:
+            pass
+    said = forecast_reply(node, None)
+    assert said.since == pytest.approx(lost, abs=0.3)
+    assert said.t[-1] == pytest.approx(until, abs=0.3)
+    true = np.interp(said.t, *run.streams()["yaw_rate"])
+    held = (np.array(said.rate_low) <= true) & (true <= np.array(said.rate_high))
+    return np.array(said.rate) - true, held
+
+
+def test_a_forecast_holds_the_effects_that_are_in_force(tmp_path: Path) -> None:
+    write_trace(tmp_path / "trace.json")
+    run = hidden(3, 260.0)
+    bare, _ = forecast_errors(configured(), run, 240.0, 258.0)
+    off, held = forecast_errors(configured(effects=tmp_path / "trace.json"), run, 240.0, 258.0)
+    assert np.sqrt(np.mean(off**2)) < 0.25 * np.sqrt(np.mean(bare**2))
+    assert np.mean(held) > 0.8
+
+
+def test_a_forecast_goes_by_the_further_velocities_as_they_are_measured() -> None:
+    run = planar.recording(910103, 160.0)
+    inertia = planar.Planar.drawn(910103).inertia
+    several = configured(
+        vehicle__inertia=inertia, learner__policy="weighted", learner__inputs=("yaw_rate", "surge", "sway")
+    )
+    off, held = forecast_errors(several, run, 140.0, 158.0)
+    assert np.sqrt(np.mean(off**2)) < 0.25 * np.std(run.streams()["yaw_rate"][1])
+    assert np.mean(held) > 0.8
+
+
+def test_a_forecast_holds_what_the_body_takes() -> None:
+    run = whole_vehicle(910_000, 4000)
+    config = configured(
+        vehicle__name="rov", vehicle__rate_limit=5.0, vehicle__rate_range=(-1.0, 1.0),
+        vehicle__mass_matrix=MASS.tolist(), learner__batch=40, learner__epsilon=0.5, signals__torque="measured",
+        signals__channels=("surge", "sway"),
+    )  # fmt: skip
+    end = float(run.time[-1])
+    off, held = forecast_errors(config, run, end - 20.0, end - 0.5)
+    assert np.sqrt(np.mean(off**2)) < 0.1 * np.std(run.streams()["yaw_rate"][1])
+    assert np.mean(held) > 0.8
+
+
+def test_a_forecast_asks_for_what_it_needs(tmp_path: Path) -> None:
+    run = planar.recording(910103, 120.0)
+    config = configured(
+        vehicle__inertia=planar.Planar.drawn(910103).inertia, learner__inputs=("yaw_rate", "surge"),
+        learner__policy="weighted",
+    )  # fmt: skip
+    node = LearnerNode(config, boot="")
+    for name, (t, value) in run.streams().items():
+        node.push(name, t[t < 90.0], value[t < 90.0])
+    while node.learn() is not None:
+        pass
+    t, value = run.streams()["torque"]
+    node.push("torque", t[t >= 90.0], value[t >= 90.0])
+    with pytest.raises(BadInput, match="a forecast needs surge"):
+        forecast_reply(node, None)
+    assert estimate(node, 30.0) is None

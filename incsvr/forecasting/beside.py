@@ -1,0 +1,76 @@
+"""What moves an axis beside its own torque, on the points of a grid: other velocities, channels, the rest of a body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.numerics import Array, Streams
+from incsvr.plant.body import Coupled
+from incsvr.signals.coupled import MAX_PAUSE_S, motion_at
+
+HEADING = "heading"
+"""The channel that counts on over whole turns [rad]."""
+MAX_BRIDGED_PERIODS = 3.0
+"""Longest pause of a channel across which it is known, in its usual periods, where that is longer than MAX_PAUSE_S."""
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """At (n,) points.
+
+    Attributes:
+        channels: name → (n,) values, on lines between those that came.
+        outside, linear: (n,) a [N m] and b [N m s] of what the rest of the body takes of the torque, a + b r; None of
+            an axis by itself.
+    """
+
+    channels: Mapping[str, Array] = field(default_factory=dict)
+    outside: Array | None = None
+    linear: Array | None = None
+
+    @staticmethod
+    def at(time: Array, streams: Streams, names: Sequence[str], body: Coupled | None, smoothing: float) -> Beside:
+        """At the instants `time` (n,) [s]; before the first value of a stream and after its last, these hold.
+
+        Args:
+            streams: name → (stamps [s], values), at least one value of each of `names` and of the body's.
+            names: of the channels.
+            body: the axis in its body; None takes it by itself.
+            smoothing: width of the filter of the body's velocities [s].
+        """
+        channels = {name: _on_lines(time, *streams[name], name == HEADING) for name in names}
+        if body is None or time.size < 2:
+            return Beside(channels)
+        outside, linear = body.driving(*motion_at(body, streams, time, smoothing), time.size)
+        return Beside(channels, outside, linear)
+
+    def take(self, kept: NDArray[np.bool_] | slice) -> Beside:
+        """The points that are kept."""
+        outside, linear = (None if each is None else each[kept] for each in (self.outside, self.linear))
+        return Beside({name: values[kept] for name, values in self.channels.items()}, outside, linear)
+
+
+BY_ITSELF = Beside()
+"""Nothing."""
+
+
+def known_at(time: Array, streams: Streams, names: Sequence[str]) -> NDArray[np.bool_]:
+    """(n,) at which instants [s] each of these streams has values close by on either side."""
+    known = np.ones(time.size, dtype=bool)
+    for name in names:
+        stamps = streams[name][0]
+        if stamps.size < 2:
+            return np.zeros(time.size, dtype=bool)
+        gaps = np.diff(stamps)
+        after = np.clip(np.searchsorted(stamps, time), 1, stamps.size - 1)
+        close = gaps[after - 1] <= max(MAX_PAUSE_S, MAX_BRIDGED_PERIODS * float(np.median(gaps)))
+        known &= (time >= stamps[0]) & (time <= stamps[-1]) & close
+    return known
+
+
+def _on_lines(time: Array, stamps: Array, values: Array, turning: bool) -> Array:
+    return np.interp(time, stamps, np.unwrap(values) if turning else values)
