@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -44,23 +45,38 @@ def parts_in_turns(motion: WholeMotion) -> list[tuple[Windows, WholeMotion]]:
     return found
 
 
-def judged(windows: Windows, begin: Fit, scales: Scales, test: WholeMotion) -> tuple[Errors, int]:
-    """The errors on `test` of the model fitted to the windows, and how many cells they are of."""
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """A model held against data that it was not fitted to.
+
+    Attributes:
+        errors: of its predictions.
+        fitted: the model.
+        test: the data.
+    """
+
+    errors: Errors
+    fitted: Fit
+    test: WholeMotion
+
+
+def judged(windows: Windows, begin: Fit, scales: Scales, test: WholeMotion) -> Judgement:
+    """The model fitted to the windows, held against `test`."""
     structure = begin.structure
     fitted = fit(windows, structure, begin.parameters, begin.scale, scales.bounds(structure))
-    return errors(structure, fitted.parameters, test), test.velocity.shape[0]
+    return Judgement(errors(structure, fitted.parameters, test), fitted, test)
 
 
-def together(found: list[tuple[Errors, int]]) -> Errors:
+def together(found: list[Judgement]) -> Errors:
     """Errors of several parts as of one."""
     if len(found) == 1:
-        return found[0][0]
-    weights = np.array([count for _, count in found], dtype=np.float64)
+        return found[0].errors
+    weights = np.array([each.test.velocity.shape[0] for each in found], dtype=np.float64)
 
     def mean(values: list[Array]) -> Array:
         return np.asarray(np.sqrt(np.average(np.stack(values) ** 2, axis=0, weights=weights[: len(values)])))
 
-    every = [each for each, _ in found]
+    every = [each.errors for each in found]
     shared = [seconds for seconds in every[0].horizons if all(seconds in each.horizons for each in every)]
     horizons = {
         seconds: (

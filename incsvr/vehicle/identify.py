@@ -28,7 +28,7 @@ from incsvr.vehicle.scales import Candidate, Scales
 from incsvr.vehicle.selection import MIN_EVIDENCE, LeftOut, extended, parts, reduced
 from incsvr.vehicle.structure import Pair, Structure, coupled_pairs
 from incsvr.vehicle.terms import PRODUCT, Term, couplings, extras, own_damping, restoring
-from incsvr.vehicle.validation import NO_ERRORS, Errors, alone
+from incsvr.vehicle.validation import NO_ERRORS, Course, Errors, alone, longest_course
 
 MIN_WINDOWS_A_PARAMETER = 2.0
 """Windows of which there must be so many for each parameter: fewer can be fitted by anything."""
@@ -47,6 +47,8 @@ class Identified:
         seconds: length of the data that were fitted [s].
         step: length of a cell [s].
         unseen: whether `errors` are of other recordings.
+        course: a free run on unseen data: the longest of the other recordings, or of the last part; None where the
+            errors are of nothing.
     """
 
     vehicle: Vehicle
@@ -57,6 +59,7 @@ class Identified:
     seconds: float
     step: float
     unseen: bool
+    course: Course | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data: the vehicle, what is not identified and why, and the errors."""
@@ -120,13 +123,22 @@ def identify(
     if not validate:
         return Identified(vehicle, refusals, manoeuvres(vehicle), NO_ERRORS, {}, motion.seconds, motion.step, False)
     splits = [(windows, unseen)] if unseen is not None else parts_in_turns(motion)
-    errors = together([judged(part, fitted, scales, test) for part, test in splits])
+    judgements = [judged(part, fitted, scales, test) for part, test in splits]
     by_itself = {}
     for axis in axes:
         begin = _alone(fitted, axis, motion, scales)
         by_itself[axis] = together([judged(part, begin, scales, test) for part, test in splits])
+    last = judgements[-1]
     return Identified(
-        vehicle, refusals, manoeuvres(vehicle), errors, by_itself, motion.seconds, motion.step, unseen is not None
+        vehicle,
+        refusals,
+        manoeuvres(vehicle),
+        together(judgements),
+        by_itself,
+        motion.seconds,
+        motion.step,
+        unseen is not None,
+        longest_course(last.fitted.structure, last.fitted.parameters, last.test),
     )
 
 

@@ -143,6 +143,11 @@ class Vehicle:
         return Vehicle(str(data["name"]), axes, driven, mass, terms, lags, fastest)
 
 
+def mass_unit(one: str, other: str) -> str:
+    """Unit of the entry of M between two axes."""
+    return ("kg m²", "kg m", "kg")[AXES[one].along + AXES[other].along]
+
+
 def _axes(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in AXES if name in set(names))
 

@@ -56,6 +56,22 @@ class Errors:
         }
 
 
+@dataclass(frozen=True, slots=True)
+class Course:
+    """A free run of all axes beside what was measured.
+
+    Attributes:
+        axes: names of the axes.
+        time: (n,) since the run began [s].
+        measured, simulated: (n, axes) velocities [m/s], [rad/s].
+    """
+
+    axes: tuple[str, ...]
+    time: Array
+    measured: Array
+    simulated: Array
+
+
 NO_ERRORS = Errors((), {}, np.empty(0), np.empty(0), {})
 """Errors of a model that was not asked to predict."""
 
@@ -110,6 +126,15 @@ def alone(structure: Structure, axis: str, recorded: Collection[str]) -> Structu
     fixed = np.eye(6)
     fixed[own, own] = structure.fixed[own, own]
     return Structure((axis,), mass, terms, tuple(name for name in structure.lags if name == axis), fixed)
+
+
+def longest_course(structure: Structure, parameters: Array, motion: WholeMotion) -> Course:
+    """The free run of a model with parameters (size,) over the motion's longest run."""
+    run = max(motion.runs, key=lambda each: each.stop - each.start)
+    cells = run.stop - run.start - 1
+    course = simulate(structure, parameters[None], motion, np.array([run.start]), cells)[:, 0, 0]
+    time = motion.step * np.arange(cells + 1)
+    return Course(structure.axes, time, motion.velocity[run][:, structure.rows], course[:, structure.rows])
 
 
 def _free_run(structure: Structure, parameters: Array, motion: WholeMotion) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from importlib import import_module
 from pathlib import Path
 
 from incsvr.errors import BadInput
@@ -10,8 +11,10 @@ from incsvr.plant.axes import AXES
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.vehicle import Identified, WholeMotion, identify, on_grid
 from service.cli.output import add_json_argument, emit, refuse_unwritable
+from service.commands.arguments import add_report_argument
 from service.commands.identify_text import text
 from service.commands.other_velocities import MASS_MATRIX_HELP
+from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.sources import read as read_config
 from service.config.vehicle_file import write_vehicle
 from service.recordings.reading import Reading, add_log_arguments
@@ -33,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--name", default="vehicle", metavar="NAME", help="name of the vehicle (default vehicle)")
     parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
     parser.add_argument("--write", type=Path, metavar="FILE", help="write the vehicle file there (YAML)")
+    add_report_argument(parser)
     add_log_arguments(parser, config=True, axis=False)
     add_json_argument(parser)
 
@@ -45,7 +49,11 @@ def run(args: argparse.Namespace) -> int:
     if args.write is not None:
         write_vehicle(args.write, found.vehicle)
         words += f"\n\nwritten to {args.write}; `incsvr export {args.write} --format python` makes a simulator of it"
-    emit(args, {**found.to_dict(), "notes": list(notes)}, words)
+    try:
+        emit(args, {**found.to_dict(), "notes": list(notes)}, words)
+    finally:
+        if args.report:
+            import_module(REPORT_WRITER).write_vehicle(found, args.report, notes, provenance(args))
     return 0
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from incsvr.plant.axes import AXES
 from incsvr.vehicle import Identified, Parameter
+from incsvr.vehicle.model import mass_unit
 
 HORIZON_HEAD = "  {:<28}{}"
 
@@ -18,7 +19,7 @@ def text(found: Identified) -> str:
         for (one, other), parameter in vehicle.mass.items():
             if one == axis:
                 name = "inertia" if one == other else f"inertia with {other}"
-                lines.append(_row(name, parameter, _mass_unit(one, other)))
+                lines.append(_row(name, parameter, mass_unit(one, other)))
         lines += [_row(term.name, p, term.unit) for term, p in vehicle.terms.items() if term.axis == axis]
         lines += [_row("thrust lag", p, "s") for name, p in vehicle.lags.items() if name == axis]
     lines += ["", *_errors(found)]
@@ -26,12 +27,6 @@ def text(found: Identified) -> str:
         lines.append(f"{axis} is not identified: {why}")
     lines += list(found.manoeuvres)
     return "\n".join(lines)
-
-
-def _mass_unit(one: str, other: str) -> str:
-    """Unit of an entry of M."""
-    along = AXES[one].along + AXES[other].along
-    return ("kg m²", "kg m", "kg")[along]
 
 
 def _row(name: str, parameter: Parameter, unit: str) -> str:

@@ -1,8 +1,8 @@
-"""The reports of a trace and of a fit, each one self-contained HTML file that an engineer can read, print and file."""
+"""The reports of a trace, of a fit and of a vehicle: one self-contained HTML file each, to read, print and file."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,10 @@ from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.plant.axes import YAW, Axis
 from incsvr.tracing import Trace
+from incsvr.vehicle import Identified
 from service.cli.extras import how_to_install
 
-__all__ = ["write", "write_fit"]
+__all__ = ["write", "write_fit", "write_vehicle"]
 
 
 def write(trace: Trace, path: Path, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> None:
@@ -41,6 +42,15 @@ def write_fit(
     with _needs_libraries():
         from viewer.report.fit_page import fit_page
     _write(path, fit_page(result, pictures, axis, provenance))
+
+
+def write_vehicle(
+    found: Identified, path: Path, notes: Sequence[str] = (), provenance: Mapping[str, str] | None = None
+) -> None:
+    """Writes the report of a whole vehicle; `notes` are those of the readers of its logs; otherwise as `write`."""
+    with _needs_libraries():
+        from viewer.report.vehicle_page import vehicle_page
+    _write(path, vehicle_page(found, notes, provenance))
 
 
 @contextmanager

@@ -17,18 +17,21 @@ from service.config.vehicle_file import read_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
 from simulator.six_degrees import EFFORTS, NAMES, RATES, swim, torpedo
+from tests.viewer.test_report import Text
+from viewer.report.figures import number
 
 
 @pytest.fixture(scope="module")
 def dives(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with two dives of one torpedo, and the vehicle file and JSON of `identify`."""
+    """A folder with two dives of one torpedo, and the vehicle file, JSON and report of `identify`."""
     folder = tmp_path_factory.mktemp("dives")
     rng = np.random.default_rng(51)
     body = torpedo(rng)
     for name, seconds in (("one", 200.0), ("two", 60.0)):
         write(folder / f"{name}.csv", from_streams(name, swim(body, seconds, rng)))
     words = ["identify", str(folder / "one.csv"), "--validate", str(folder / "two.csv"), "--name", "torpedo"]
-    assert main([*words, "--write", str(folder / "vehicle.yaml"), "--json", str(folder / "found.json")]) == 0
+    words += ["--write", str(folder / "vehicle.yaml"), "--report", str(folder / "report.html")]
+    assert main([*words, "--json", str(folder / "found.json")]) == 0
     return folder
 
 
@@ -37,6 +40,22 @@ def test_the_vehicle_file_holds_what_the_json_holds(dives: Path) -> None:
     assert read_vehicle(dives / "vehicle.yaml").to_dict() == found["vehicle"]
     assert found["on"] == "other recordings"
     assert found["errors"]["horizons"]["5"]["yaw"]["model"] < 0.3 * found["errors"]["horizons"]["5"]["yaw"]["hold"]
+
+
+def test_the_report_shows_parameters_errors_and_a_free_run_and_loads_nothing(dives: Path) -> None:
+    report = Text()
+    text = (dives / "report.html").read_text(encoding="utf-8")
+    report.feed(text)
+    words = " ".join(" ".join(report.words).split())
+    found = json.loads((dives / "found.json").read_text(encoding="utf-8"))
+    inertia = found["vehicle"]["mass_matrix"]["yaw,yaw"]
+    assert f"inertia [kg m²] {number(inertia['value'])} {number(inertia['low'])} to {number(inertia['high'])}" in words
+    ahead = found["errors"]["horizons"]["5"]["yaw"]
+    alone = found["by_itself"]["yaw"]["horizons"]["5"]["yaw"]["model"]
+    assert f"yaw [rad/s] {number(ahead['model'])} {number(ahead['hold'])} {number(alone)}" in words
+    assert "Heave: no heave was recorded" in words
+    assert text.count("<svg") == 3, "a free run of each axis"
+    assert not report.loads
 
 
 def test_the_python_export_simulates_alike(dives: Path, tmp_path: Path) -> None:

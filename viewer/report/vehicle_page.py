@@ -1,0 +1,141 @@
+"""The page of a whole vehicle: each axis's parameters, the errors of predictions, a free run, and what is not known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from incsvr.plant.axes import AXES, YAW
+from incsvr.vehicle import Identified, Parameter
+from incsvr.vehicle.model import ESTIMATED, UNKNOWN, mass_unit
+from incsvr.vehicle.validation import Course
+from viewer.report.drawing import AFTER, line, svg
+from viewer.report.figures import between, capital, number, rendered
+
+DRAWN_SECONDS = 60.0
+"""Longest part of the free run that is drawn [s]."""
+BEHIND = "#b4bdc7"
+"""Colour of the measured velocities, which a good model's line covers."""
+JUDGED_S = 5.0
+"""How far ahead the headline speaks of [s]."""
+
+
+def vehicle_page(found: Identified, notes: Sequence[str] = (), provenance: Mapping[str, str] | None = None) -> str:
+    """The whole document.
+
+    Args:
+        notes: of the readers of the logs.
+        provenance: what it was made of, and how.
+    """
+    vehicle = found.vehicle
+    return rendered(
+        "vehicle.html.j2",
+        YAW,
+        provenance,
+        title="Vehicle",
+        kicker=f"Whole vehicle {vehicle.name}, {found.seconds:.0f} s of motion",
+        headline=_headline(found),
+        summary=_summary(found),
+        axes=[(capital(axis), axis in vehicle.driven, _rows(found, axis)) for axis in vehicle.axes],
+        errors=_errors(found),
+        track=[(f"{ahead:g}", number(error)) for ahead, error in found.errors.track.items()],
+        where=where(found),
+        charts=[] if found.course is None else [Markup(chart(found.course, k)) for k in range(len(found.course.axes))],
+        refusals=[capital(f"{axis}: {why}") for axis, why in found.refusals.items()],
+        manoeuvres=[capital(sentence) for sentence in found.manoeuvres],
+        notes=[capital(note) for note in notes],
+    )
+
+
+def where(found: Identified) -> str:
+    """What the errors are of."""
+    if found.unseen:
+        return "dives that were not fitted"
+    return "the dives' own parts, each predicted by a model of the other parts"
+
+
+def chart(course: Course, k: int) -> str:
+    """The free run of one axis, measured and simulated."""
+    return svg(lambda figure: draw_course(figure, course, k), 4.7, 2.3)
+
+
+def draw_course(figure: Figure, course: Course, k: int) -> None:
+    """Draws the free run of one axis on a figure."""
+    axis, here = AXES[course.axes[k]], course.time <= DRAWN_SECONDS
+    axes = figure.subplots()
+    line(axes, course.time[here], course.measured[here, k], color=BEHIND, linewidth=3.0, label="measured")
+    line(axes, course.time[here], course.simulated[here, k], color=AFTER, linewidth=1.5, label="simulated")
+    axes.set_ylabel(f"{axis.name} {axis.symbol} [{_speed(axis.name)}]")
+    axes.set_xlabel("time t [s]")
+    axes.margins(x=0.01)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=2)
+
+
+def _headline(found: Identified) -> list[str]:
+    """What was identified, and what limits it."""
+    axes = list(found.vehicle.axes)
+    named = axes[0] if len(axes) == 1 else f"{', '.join(axes[:-1])} and {axes[-1]}"
+    clauses = [capital(f"{named} {'is' if len(axes) == 1 else 'are'} identified")]
+    unknown = sum(p.origin == UNKNOWN for p in (*found.vehicle.mass.values(), *found.vehicle.terms.values()))
+    if unknown:
+        clauses.append(
+            f"{unknown} {'parameter is' if unknown == 1 else 'parameters are'} not excited: see what to drive"
+        )
+    return clauses
+
+
+def _summary(found: Identified) -> str:
+    """How well it predicts, in a sentence; empty where no dive is long enough."""
+    if JUDGED_S not in found.errors.horizons:
+        return ""
+    model, hold, _ = found.errors.horizons[JUDGED_S]
+    shares = sorted(100.0 * m / max(h, 1e-12) for m, h in zip(model.tolist(), hold.tolist(), strict=True))
+    span = f"{shares[0]:.0f} %" if len(shares) == 1 else f"{shares[0]:.0f} to {shares[-1]:.0f} %"
+    return f"{JUDGED_S:g} s ahead the model errs by {span} of what a held velocity errs by, on {where(found)}."
+
+
+def _rows(found: Identified, axis: str) -> list[tuple[str, str, str, str, str]]:
+    """Name, unit, value, interval and remark of each parameter of an axis."""
+    vehicle = found.vehicle
+    rows: list[tuple[str, str, Parameter]] = [
+        ("inertia" if one == other else f"inertia with {other}", mass_unit(one, other), parameter)
+        for (one, other), parameter in vehicle.mass.items()
+        if one == axis
+    ]
+    rows += [(term.name, term.unit, parameter) for term, parameter in vehicle.terms.items() if term.axis == axis]
+    rows += [("thrust lag", "s", parameter) for name, parameter in vehicle.lags.items() if name == axis]
+    return [(name, "" if unit == "1" else unit, number(p.value), _interval(p), _remark(p)) for name, unit, p in rows]
+
+
+def _interval(parameter: Parameter) -> str:
+    """Its interval; where it has none, where it comes from."""
+    known = parameter.origin in (ESTIMATED, UNKNOWN)
+    return between((parameter.low, parameter.high)) if known else parameter.origin
+
+
+def _remark(parameter: Parameter) -> str:
+    return UNKNOWN if parameter.origin == UNKNOWN else ""
+
+
+def _errors(found: Identified) -> list[dict[str, Any]]:
+    """A table for each time ahead, and for the free run: axis, unit, model, held velocity, the axis by itself."""
+    errors, tables = found.errors, []
+    for ahead, (model, hold, _) in errors.horizons.items():
+        alone = [found.by_itself[axis].horizons.get(ahead) for axis in errors.axes]
+        rows = [
+            (axis, _speed(axis), number(m), number(h), "–" if own is None else number(float(own[0][0])))
+            for axis, m, h, own in zip(errors.axes, model.tolist(), hold.tolist(), alone, strict=True)
+        ]
+        tables.append({"title": f"{ahead:g} s ahead", "columns": ("model", "held", "by itself"), "rows": rows})
+    rows = [
+        (axis, _speed(axis), number(m), number(zero), number(float(found.by_itself[axis].free_run[0])))
+        for axis, m, zero in zip(errors.axes, errors.free_run.tolist(), errors.zero.tolist(), strict=True)
+    ]
+    return [*tables, {"title": "Free run", "columns": ("model", "zero", "by itself"), "rows": rows}]
+
+
+def _speed(axis: str) -> str:
+    return "m/s" if AXES[axis].along else "rad/s"
