@@ -13,8 +13,6 @@ from math import ceil, floor, log10
 
 from PIL import Image, ImageDraw
 
-from incsvr.plant.axes import Axis
-from incsvr.plant.axis_words import in_words_of
 from viewer.painter import SHARP, Mark, Painter
 from viewer.palette import Colour, Palette
 
@@ -116,18 +114,6 @@ class Axes:
     def canvas(self, x: float, y: float) -> tuple[float, float]:
         (sx, sy), (tx, ty) = self.scale, self.translation
         return tx + sx * x, ty + sy * y
-
-    def in_words_of(self, axis: Axis) -> Axes:
-        """The axes with labels and legend in the words and units of an axis of the vehicle."""
-
-        def labelled(one: NumberedAxis) -> NumberedAxis:
-            return replace(one, label=in_words_of(axis, one.label))
-
-        legend = tuple(
-            tuple(replace(entry, text=in_words_of(axis, entry.text)) for entry in row) for row in self.legend
-        )
-        right = None if self.y_right is None else labelled(self.y_right)
-        return replace(self, x=labelled(self.x), y=labelled(self.y), y_right=right, legend=legend)
 
     def png(self, palette: Palette) -> bytes:
         """The picture, PNG, SHARP times the canvas.

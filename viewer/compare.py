@@ -81,7 +81,7 @@ class ComparePage:
         for name in sorted(drawn):
             self._draw(name, self._chosen[name], axes)
         if changed:
-            self._rec.write("learning/compared", words(self._chosen))
+            self._rec.write("learning/compared", words(self._chosen, self._rec.words.effort_unit))
 
     def remember(self, frame: Frame) -> None:
         """An iteration that is recorded already: it may have been the one to compare with."""
@@ -140,7 +140,7 @@ def curve_of(frame: Frame, axes: Axes) -> Floats:
     return np.column_stack((rate, model.predict(rate).damping))
 
 
-def words(chosen: dict[str, Frame]) -> str:
+def words(chosen: dict[str, Frame], unit: str) -> str:
     """The two revisions side by side, as Markdown."""
     before, after = (chosen[name] for name in ("before", "after"))
     assert after.model is not None
@@ -154,7 +154,7 @@ def words(chosen: dict[str, Frame]) -> str:
     return "\n".join(
         [
             f"# Iteration {before.report.iteration} and {after.report.iteration}",
-            f"Difference {quantity(apart.max(), 'N m')} at most, {quantity(apart.mean(), 'N m')} on average, where "
+            f"Difference {quantity(apart.max(), unit)} at most, {quantity(apart.mean(), unit)} on average, where "
             "the first was trained.",
             "",
             row("", "Before", "After"),
@@ -162,12 +162,12 @@ def words(chosen: dict[str, Frame]) -> str:
             row("Revision", *(str(report.revision) for report in pair)),
             row("Vehicle time", *(clock_text(report.t) for report in pair)),
             row("Support vectors", *(str(len(report.support)) for report in pair)),
-            row("Error before learning", *(quantity(report.progressive_mae, "N m") for report in pair)),
+            row("Error before learning", *(quantity(report.progressive_mae, unit) for report in pair)),
             *(
-                row(f"Error on {check.name}", quantity(check.mae, "N m"), quantity(other.mae, "N m"))
+                row(f"Error on {check.name}", quantity(check.mae, unit), quantity(other.mae, unit))
                 for check, other in zip(*(report.validation for report in pair), strict=False)
             ),
-            row("Noise of a sample", *(quantity(report.sigma, "N m") for report in pair)),
-            row("Off the optimum at most", *(quantity(report.certified_error, "N m") for report in pair)),
+            row("Noise of a sample", *(quantity(report.sigma, unit) for report in pair)),
+            row("Off the optimum at most", *(quantity(report.certified_error, unit) for report in pair)),
         ]
     )

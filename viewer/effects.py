@@ -11,6 +11,7 @@ import rerun as rr
 from rerun.components import MarkerShape
 
 from incsvr.compensation.promotion import errors
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.tracing.sentences import chance
 from service.wire import Batch, EffectsLedger
 from viewer.frame import Floats, Frame
@@ -87,7 +88,7 @@ class EffectsPage:
                     continue
                 path = f"effects/found/{_entity(name)}/{key}"
                 if path not in self._found:
-                    self._found[path] = found_title(name, key)
+                    self._found[path] = found_title(name, key, self._rec.words)
                     colours = {"estimate": LIGHT.new, "low": LIGHT.discarded, "high": LIGHT.discarded}
                     for line, colour in colours.items():
                         title = {"estimate": "Estimate", "low": "95 % from", "high": "to"}[line]
@@ -98,7 +99,7 @@ class EffectsPage:
                 self._rec.log(f"{path}/high", rr.Scalars(float(high)))
 
     def _tell(self) -> None:
-        self._rec.write("effects/ledger", ledger_text(self._ledger))
+        self._rec.write("effects/ledger", ledger_text(self._ledger, self._rec.words))
 
 
 def columns(batch: Batch) -> dict[str, Floats]:
@@ -124,7 +125,7 @@ def _entity(name: str) -> str:
     return name.replace(" ", "_").replace(":", "_")
 
 
-def ledger_text(ledger: EffectsLedger) -> str:
+def ledger_text(ledger: EffectsLedger, axis: AxisWords = YAW_WORDS) -> str:
     """Markdown: the effects in force, then every step that led there."""
     lines = ["# Traced effects", ""]
     if ledger.found and not ledger.effects:
@@ -134,23 +135,23 @@ def ledger_text(ledger: EffectsLedger) -> str:
         )
     elif not ledger.effects:
         lines.append(
-            "None: the model is the declared inertia and the learned damping.\n\n`incsvr trace RECORDING… --json "
-            "FILE` finds effects that it lacks. With `effects: FILE` in its configuration the learner applies "
+            f"None: the model is the declared {axis.inertia} and the learned damping.\n\n`incsvr trace RECORDING… "
+            "--json FILE` finds effects that it lacks. With `effects: FILE` in its configuration the learner applies "
             "them; with `tracing.live: advise` or `adopt` it finds them by itself. The plots show the parts of "
-            "every torque."
+            f"every {axis.effort}."
         )
     for found in ledger.effects:
-        lines += _about(found)
+        lines += _about(found, axis)
     if ledger.found:
         lines.append("\n# Found, not in force")
     for found in ledger.found:
-        lines += _about(found)
+        lines += _about(found, axis)
     if ledger.history:
         lines += ["\n## Ledger", *(f"- {step(entry)}" for entry in ledger.history[-30:])]
     return "\n".join(lines)
 
 
-def _about(found: dict[str, Any]) -> list[str]:
+def _about(found: dict[str, Any], axis: AxisWords) -> list[str]:
     """An effect: what it is, how sure, and its errors before and after where they are known."""
     state = found.get("state")
     lines = [f"## {effect(str(found.get('effect', '?')))}" + (f" ({state})" if state else "")]
@@ -158,10 +159,10 @@ def _about(found: dict[str, Any]) -> list[str]:
         lines.append(str(found["sentence"]))
     intervals = found.get("interval") or {}
     values = (found.get("parameters") or {}).items()
-    lines += [f"- {words(parameter(name, value, intervals.get(name)))}" for name, value in values]
+    lines += [f"- {words(parameter(name, value, intervals.get(name), axis))}" for name, value in values]
     if found.get("share") is not None:
         p = chance(found.get("p_value", 0), 1)
         lines.append(f"- {100 * found['share']:.0f} % of the improvement, p {p}")
     if found.get("error"):
-        lines.append(f"- On fresh data, without → with it: {errors(found['error'])}")
+        lines.append(f"- On fresh data, without → with it: {errors(found['error'], axis)}")
     return lines

@@ -94,7 +94,7 @@ class ErrorPage:
         reach = 25.0 * 2.0 ** max(0, ceil(log2(iteration / 25.0)))
         self._axes = Axes(
             axis_for(0.0, reach, "Iteration"),
-            axis_for(0.0, 1.3 * highest or 1.0, _label(self._curves), ticks=4),
+            axis_for(0.0, 1.3 * highest or 1.0, _label(self._curves, self._rec.words.effort_unit), ticks=4),
             WIDTH,
             HEIGHT,
             legend=tuple(tuple(entries[k : k + 3]) for k in range(0, len(entries), 3)),
@@ -113,7 +113,7 @@ def _words(name: str) -> str:
     return "Each new batch" if name == PROGRESSIVE else f"Validation {name}"
 
 
-def _label(curves: dict[str, list[tuple[float, float]]]) -> str:
+def _label(curves: dict[str, list[tuple[float, float]]], unit: str) -> str:
     """The axis' label, with the errors of the untrained model, at which no axis reaches."""
     begins = [f"{curve[0][1]:.0f}" for curve in curves.values() if curve[0][0] == 0.0]
-    return "Mean absolute error [N m]" + (f"; untrained: {', '.join(begins)}" if begins else "")
+    return f"Mean absolute error [{unit}]" + (f"; untrained: {', '.join(begins)}" if begins else "")

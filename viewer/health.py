@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import rerun as rr
 
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from service.wire import Health
 from viewer.frame import clock_text
 from viewer.palette import LIGHT, Palette
@@ -32,7 +33,7 @@ class HealthPage:
 
     def log(self, health: Health) -> None:
         """The learner's health, at the clocks that are set."""
-        self._rec.write("signals/health/now", health_text(health))
+        self._rec.write("signals/health/now", health_text(health, self._rec.words))
         self._rec.log("signals/health/learned", rr.Scalars(health.learned))
         self._switch(health.level)
 
@@ -48,7 +49,7 @@ class HealthPage:
             self._rec.log("signals/health/level", rr.StateChange(state=level))
 
 
-def health_text(health: Health) -> str:
+def health_text(health: Health, words: AxisWords = YAW_WORDS) -> str:
     """Markdown; the level large, then why, then every counter."""
     counters = [
         f"| {name.replace('_', ' ').replace(':', ': ')} | {count} |" for name, count in sorted(health.counters.items())
@@ -62,7 +63,7 @@ def health_text(health: Health) -> str:
             f"# {SIGNS[health.level]}",
             *(f"- {reason[:1].upper()}{reason[1:]}." for reason in health.reasons),
             "" if health.reasons else "Nothing to report.",
-            f"\n**Learned: {100 * health.learned:.0f} % of the yaw rate range** · iteration {health.iteration} · "
+            f"\n**Learned: {100 * health.learned:.0f} % of the {words.rate} range** · iteration {health.iteration} · "
             f"revision {health.revision} · started as {health.boot}",
             "\n| Stream | Samples | Lost | Newest |\n|:--|--:|--:|--:|",
             *streams,

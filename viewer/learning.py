@@ -16,7 +16,8 @@ from viewer.painter import SHARP, Mark
 from viewer.palette import Colour, Palette
 from viewer.recorder import Recorder
 
-RATE, DAMPING = "Yaw rate [rad/s]", "Damping moment [N m]"
+RATE, DAMPING = "{rate_title} [{rate_unit}]", "Damping {moment} [{effort_unit}]"
+"""Labels of the two axes: templates of `AxisWords`."""
 WIDTH, HEIGHT = 1500, 1330
 WILD_FACTOR = 1.3  # times the largest damping that was taken seriously
 CURVES = ("uncertainty", "tube", "function", "extrapolation", "trained_range", "off_scale")
@@ -93,7 +94,8 @@ class LearningPage:
         rate, damping = self._reach[0], _with_outliers(report, self._reach[1])
         if self._axes is not None and rate <= self._axes.x.high and damping <= self._axes.y.high:
             return self._axes
-        x, y = symmetric(rate, RATE), symmetric(damping, DAMPING)
+        words = self._rec.words
+        x, y = symmetric(rate, words.fill(RATE)), symmetric(damping, words.fill(DAMPING))
         self._axes = Axes(x, y, WIDTH, HEIGHT, legend=legend(self._palette), font=32)
         log_axes(
             self._rec, "learning/axes", self._axes, self._palette, [f"learning/{name}" for name in (*SETS, *CURVES)]
@@ -141,7 +143,7 @@ def log_axes(rec: Recorder, path: str, axes: Axes, palette: Palette, entities: l
     """The axes' picture at `path`, and for each of `entities` the way from physical units onto it."""
     rec.log(
         path,
-        rr.EncodedImage(contents=axes.in_words_of(rec.axis).png(palette), media_type="image/png", draw_order=-10.0),
+        rr.EncodedImage(contents=axes.png(palette), media_type="image/png", draw_order=-10.0),
     )
     rec.log(path, rr.Transform3D(scale=1.0 / SHARP))
     for entity in entities:

@@ -10,7 +10,7 @@ import rerun.blueprint as rrb
 from rerun.components import MarkerShape
 
 from incsvr.plant.axes import YAW
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals.samples import Samples
 from service.logs.picture import LogPicture
 from viewer.axes import Axes, Entry
@@ -24,27 +24,26 @@ from viewer.pauses import Pauses
 from viewer.recorder import Recorder
 
 STREAMS, SAMPLES, CHANNELS = "log/streams", "log/samples", "log/channels"
-OWN = {YAW.rate: "Yaw rate [rad/s]", YAW.effort: "Torque [N m]"}
-"""The streams that are learned from, and how their plots are called."""
+OWN = {YAW.rate: "{rate_title} [{rate_unit}]", YAW.effort: "{effort_title} [{effort_unit}]"}
+"""The streams that are learned from, and how their plots are called: templates of `AxisWords`."""
 _END = rr.TimeRangeBoundary.infinite()
 OUTER = (0.005, 0.995)
 """Part of the samples that the axes show whole: a few wild ones must not press all others flat."""
 HINT = (
-    "One batch after the other is learned, from left to right. **Samples** shows each batch over the yaw rate: move "
-    "the time to see the next one."
+    "One batch after the other is learned, from left to right. **Samples** shows each batch over the {rate}: move the "
+    "time to see the next one."
 )
 
 
 def blueprint(picture: LogPicture, palette: Palette) -> rrb.Blueprint:
     """Tabs of the streams, the samples and the channels; those that the log has."""
-    shown = [_plot(f"{STREAMS}/{name}", in_words_of(picture.axis, title)) for name, title in OWN.items()]
+    words = words_of(picture.axis)
+    shown = [_plot(f"{STREAMS}/{name}", words.fill(title)) for name, title in OWN.items()]
     pages: list[rrb.Container] = []
     if picture.samples is not None:
-        shown += [_plot(f"{SAMPLES}/damping", in_words_of(picture.axis, "Damping samples [N m]"))]
+        shown += [_plot(f"{SAMPLES}/damping", f"Damping samples [{words.effort_unit}]")]
         entities = [f"{SAMPLES}/{name}" for name in ("axes", "all", "batch")]
-        axes = axes_view(
-            in_words_of(picture.axis, "Damping over yaw rate"), entities, (WIDTH, HEIGHT), f"{SAMPLES}/axes", palette
-        )
+        axes = axes_view(f"Damping over {words.rate}", entities, (WIDTH, HEIGHT), f"{SAMPLES}/axes", palette)
         pages.append(rrb.Horizontal(axes, _words_view(), column_shares=[1.55, 1.0], name="Samples"))
     pages.insert(0, rrb.Vertical(_words_view(), *shown, row_shares=[1.0, *[1.0] * len(shown)], name="Streams"))
     if channels := _channels(picture):
@@ -60,7 +59,7 @@ def draw(recorder: Recorder, picture: LogPicture, palette: Palette) -> None:
         own = name in OWN
         path = f"{STREAMS}/{name}/measured" if own else f"{CHANNELS}/{name}/measured"
         colour = LIGHT.before if name == YAW.effort else LIGHT.old
-        title = in_words_of(picture.axis, OWN[name].split(" [")[0]) if own else channel(name)
+        title = words_of(picture.axis).fill(OWN[name]).split(" [")[0] if own else channel(name)
         _line(recorder, path, title, colour, stamps, values)
     if picture.samples is not None:
         _samples(recorder, picture.samples, picture.batch, palette)
@@ -70,8 +69,8 @@ def _words(picture: LogPicture) -> rr.TextDocument:
     lines = [f"# {picture.name}", "", *(f"- {remark}" for remark in picture.remarks)]
     if picture.samples is not None:
         whole = len(picture.samples) // picture.batch
-        lines += ["", f"{whole} batches of {picture.batch} samples. {HINT}"]
-    return rr.TextDocument(in_words_of(picture.axis, "\n".join(lines)), media_type="text/markdown")
+        lines += ["", f"{whole} batches of {picture.batch} samples. {words_of(picture.axis).fill(HINT)}"]
+    return rr.TextDocument("\n".join(lines), media_type="text/markdown")
 
 
 def _line(recorder: Recorder, path: str, title: str, colour: Colour, stamps: Floats, values: Floats) -> None:
@@ -90,7 +89,7 @@ def _samples(recorder: Recorder, samples: Samples, batch: int, palette: Palette)
         recorder.dots(path, colour, name, MarkerShape.Circle, 2.5)
         recorder.series(path, samples.time[taken], samples.damping[taken])
     at = np.column_stack((samples.yaw_rate, samples.damping))
-    axes = _axes(at, palette)
+    axes = _axes(at, palette, recorder.words)
     seen = at[np.abs(at[:, 1]) <= axes.y.high]
     recorder.set_clocks(vehicle=float(samples.time[0]))
     log_axes(recorder, f"{SAMPLES}/axes", axes, palette, [f"{SAMPLES}/all", f"{SAMPLES}/batch"])
@@ -103,13 +102,12 @@ def _samples(recorder: Recorder, samples: Samples, batch: int, palette: Palette)
         recorder.log(f"{SAMPLES}/batch", *shape("square", newest[np.abs(newest[:, 1]) <= axes.y.high], axes))
 
 
-def _axes(at: Floats, palette: Palette) -> Axes:
+def _axes(at: Floats, palette: Palette, words: AxisWords) -> Axes:
     """The axes around nearly all of the samples (n, 2) [rad/s, N m]."""
     reach = np.abs(at[:, 0]).max(), np.abs(np.quantile(at[:, 1], OUTER)).max()
     legend = ((Entry("disc", palette.old, "All samples"), Entry("square", palette.new, "The newest batch")),)
-    return Axes(
-        symmetric(float(reach[0]), RATE), symmetric(float(reach[1]), DAMPING), WIDTH, HEIGHT, legend=legend, font=32
-    )
+    x, y = symmetric(float(reach[0]), words.fill(RATE)), symmetric(float(reach[1]), words.fill(DAMPING))
+    return Axes(x, y, WIDTH, HEIGHT, legend=legend, font=32)
 
 
 def _plot(path: str, name: str) -> rrb.TimeSeriesView:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.tracing.sentences import LABELS
 from viewer.frame import clock_text
 
@@ -43,17 +44,25 @@ def channel(name: str) -> str:
     return words(name) + (f" [{unit}]" if unit else "")
 
 
-def parameter(name: str, value: float, interval: Any = None) -> str:
+def parameter(name: str, value: float, interval: Any = None, axis: AxisWords = YAW_WORDS) -> str:
     """A parameter with its value, interval and unit: time constant 0.71 s (0.66 to 0.76)."""
-    label, unit = LABELS.get(name, (name.replace("_", " "), ""))
+    label, unit = _label(name, axis)
     shown = f"{label} {value:.3g} {unit}".rstrip() if isinstance(value, float | int) else f"{label} {value}"
     return shown + (f" ({interval[0]:.3g} to {interval[1]:.3g})" if interval and interval[0] < interval[1] else "")
 
 
-def found_title(name: str, parameter: str) -> str:
+def found_title(name: str, parameter: str, axis: AxisWords) -> str:
     """The title of a suspected effect's parameter: Torque lag, suspected: time constant [s]."""
-    label, unit = LABELS.get(parameter, (parameter.replace("_", " "), ""))
+    label, unit = _label(parameter, axis)
     return f"{effect(name)}, suspected: {label}" + (f" [{unit}]" if unit else "")
+
+
+def _label(parameter: str, axis: AxisWords) -> tuple[str, str]:
+    """What a parameter is called, and its unit."""
+    if parameter not in LABELS:
+        return parameter.replace("_", " "), ""
+    label, unit = LABELS[parameter]
+    return axis.fill(label), axis.fill(unit)
 
 
 def step(entry: Mapping[str, Any]) -> str:

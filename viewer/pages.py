@@ -9,7 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from service.wire import SETS
 from viewer import error, learning, signals, slices
 from viewer.compare import Choice
@@ -91,7 +91,7 @@ def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
     size = (learning.WIDTH, learning.HEIGHT)
     scope = ["signals/scope/axes", "signals/scope/yaw_rate", "signals/scope/torque"]
     return rrb.Horizontal(
-        axes_view(in_words_of(axis, "Damping over yaw rate"), sets, size, "learning/axes", palette),
+        axes_view(f"Damping over {words_of(axis).rate}", sets, size, "learning/axes", palette),
         rrb.Vertical(
             rrb.Horizontal(
                 rrb.TextDocumentView(origin="learning/table", name="This iteration"),
@@ -110,32 +110,31 @@ def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
 def _compare(palette: Palette, choice: Choice, axis: Axis) -> rrb.Horizontal:
     size = (learning.WIDTH, learning.HEIGHT)
     return rrb.Horizontal(
-        axes_view(in_words_of(axis, "Damping over yaw rate"), choice.shown, size, "learning/compare_axes", palette),
+        axes_view(f"Damping over {words_of(axis).rate}", choice.shown, size, "learning/compare_axes", palette),
         rrb.TextDocumentView(origin="learning/compared", name="Compared"),
         column_shares=[1.55, 1.0],
         name="Before and after",
     )
 
 
-def _plot(path: str, name: str, axis: Axis = YAW) -> rrb.TimeSeriesView:
+def _plot(path: str, name: str) -> rrb.TimeSeriesView:
     """The last minutes of what stands below an entity, over the vehicle's time."""
     window = rr.TimeRange(
         start=rr.TimeRangeBoundary.cursor_relative(seconds=-WINDOW_S),
         end=rr.TimeRangeBoundary.cursor_relative(seconds=MARGIN_S),
     )
     legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
-    return rrb.TimeSeriesView(
-        origin=path, name=in_words_of(axis, name), axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend
-    )
+    return rrb.TimeSeriesView(origin=path, name=name, axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend)
 
 
 def _signals(axis: Axis) -> rrb.Vertical:
+    words = words_of(axis)
     return rrb.Vertical(
         rrb.TextDocumentView(origin=HINT, name="Signals"),
-        _plot("signals/yaw_rate", "Yaw rate [rad/s]", axis),
-        _plot("signals/torque", "Torque [N m]", axis),
-        _plot("signals/damping", "Damping moment [N m]", axis),
-        _plot("signals/residual", "Residual [N m]", axis),
+        _plot("signals/yaw_rate", f"{words.rate_title} [{words.rate_unit}]"),
+        _plot("signals/torque", f"{words.effort_title} [{words.effort_unit}]"),
+        _plot("signals/damping", f"Damping {words.moment} [{words.effort_unit}]"),
+        _plot("signals/residual", f"Residual [{words.effort_unit}]"),
         _plot("signals/rejected", "Rejected samples, since start"),
         row_shares=[0.3, 1, 1, 1, 1, 0.8],
         name="Signals",
@@ -147,7 +146,7 @@ def _slices(palette: Palette, others: Sequence[str], axis: Axis) -> rrb.Vertical
     for number, name in enumerate(others):
         views = []
         for path, shown, title in zip(slices.axes_paths(number), slices.entities(number), slices.TITLES, strict=True):
-            named = f"{in_words_of(axis, title)}: {channel(name)}"
+            named = f"{words_of(axis).fill(title)}: {channel(name)}"
             views.append(axes_view(named, [path, *shown], (slices.WIDTH, slices.HEIGHT), path, palette))
         rows.append(rrb.Horizontal(*views))
     return rrb.Vertical(*rows, name="Slices")
@@ -159,12 +158,13 @@ def _channels(names: Sequence[str]) -> rrb.Grid:
 
 
 def _effects(axis: Axis, found: Mapping[str, str]) -> rrb.Horizontal:
+    words = words_of(axis)
     plots: list[rrb.TimeSeriesView] = [
-        _plot("effects/torque", "Torque, with the effects [N m]", axis),
-        _plot("effects/parts", "What each part takes of the predicted torque [N m]", axis),
+        _plot("effects/torque", f"{words.effort_title}, with the effects [{words.effort_unit}]"),
+        _plot("effects/parts", f"What each part takes of the predicted {words.effort} [{words.effort_unit}]"),
     ]
     if found:
-        plots = [_plot(path, title, axis) for path, title in list(found.items())[:MAX_SUSPECTED_PLOTS]]
+        plots = [_plot(path, title) for path, title in list(found.items())[:MAX_SUSPECTED_PLOTS]]
     return rrb.Horizontal(
         rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
         rrb.Vertical(*plots),
@@ -180,7 +180,7 @@ def _health(axis: Axis) -> rrb.Horizontal:
             rrb.StateTimelineView(origin="signals/health/level", name="Level"),
             rrb.TimeSeriesView(
                 origin="signals/health/learned",
-                name=in_words_of(axis, "Learned share of the yaw rate range"),
+                name=f"Learned share of the {words_of(axis).rate} range",
                 axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END)),
                 axis_y=rrb.ScalarAxis(range=(0.0, 1.05)),
             ),

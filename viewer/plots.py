@@ -10,7 +10,7 @@ from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from incsvr.tracing import Trace
 from incsvr.vehicle import Identified
 from service.cli.extras import how_to_install
@@ -28,15 +28,16 @@ from viewer.report.fit_page import learned_curve
 
 def of_log(name: str, rate: tuple[Array, Array], torque: tuple[Array, Array], axis: Axis = YAW) -> Any:
     """A log's velocity and torque, each (stamps (n,) [s], values (n,)), over time."""
+    words = words_of(axis)
     with pyplot.rc_context(STYLE):
         figure = pyplot.figure(figsize=(8.0, 4.5), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True)
         for axes, (time, values), label in (
-            (above, rate, "yaw rate r [rad/s]"),
-            (below, torque, "torque τ [N m]"),
+            (above, rate, f"{words.rate} {words.symbol} [{words.rate_unit}]"),
+            (below, torque, f"{words.effort} τ [{words.effort_unit}]"),
         ):
             line(axes, time, values, color=MEASURED, linewidth=1.0)
-            axes.set_ylabel(in_words_of(axis, label))
+            axes.set_ylabel(label)
         above.set_title(name)
         below.set_xlabel("time t [s]")
     return figure

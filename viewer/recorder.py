@@ -14,7 +14,7 @@ import rerun.blueprint as rrb
 from rerun.components import MarkerShape, Radius
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import AxisWords, words_of
 from viewer.component_batches import scalars
 from viewer.frame import APPLICATION, ITERATION, VEHICLE_TIME, WALL_TIME, Floats
 from viewer.palette import Colour
@@ -67,9 +67,14 @@ class Recorder:
         for stream in self._streams:
             stream.log(path, *parts, static=static)
 
+    @property
+    def words(self) -> AxisWords:
+        """What texts and labels call the quantities of the axis."""
+        return words_of(self.axis)
+
     def write(self, path: str, markdown: str) -> None:
-        """A text, in the words and units of the axis."""
-        self.log(path, rr.TextDocument(in_words_of(self.axis, markdown), media_type="text/markdown"))
+        """A text."""
+        self.log(path, rr.TextDocument(markdown, media_type="text/markdown"))
 
     def line(self, path: str, colour: Colour, name: str, width: float = 1.6) -> None:
         """How a series of scalars is drawn: as a line."""

@@ -56,7 +56,7 @@ class RecordingPages:
         self._compare.log(frame, axes)
         self._slices.log(frame, axes)
         self._effects.log(frame)
-        recorder.write("learning/table", table(frame))
+        recorder.write("learning/table", table(frame, recorder.words))
         recorder.write("learning/samples", samples_table(frame))
         recorder.log("learning/revision", rr.Scalars(float(report.revision)))
 

@@ -180,14 +180,19 @@ class SignalsPage:
         if axes is not None and axes.y_right is not None and _holds(axes, axes.y_right, reach):
             return
         self._reach = reach
-        palette = self._palette
+        palette, words = self._palette, self._rec.words
         self._axes = axes = Axes(
             axis_for(-SCOPE_S, 0.0, "Vehicle time before the end of the iteration [s]", ticks=6),
-            even_axis(1.3 * reach["yaw_rate"], "Yaw rate [rad/s]"),
+            even_axis(1.3 * reach["yaw_rate"], f"{words.rate_title} [{words.rate_unit}]"),
             WIDTH,
             HEIGHT,
-            legend=((Entry("line", palette.old, "Yaw rate, left"), Entry("dashes", palette.before, "Torque, right")),),
-            y_right=even_axis(1.3 * reach["torque"], "Torque [N m]"),
+            legend=(
+                (
+                    Entry("line", palette.old, f"{words.rate_title}, left"),
+                    Entry("dashes", palette.before, f"{words.effort_title}, right"),
+                ),
+            ),
+            y_right=even_axis(1.3 * reach["torque"], f"{words.effort_title} [{words.effort_unit}]"),
         )
         assert axes.y_right is not None
         log_axes(self._rec, "signals/scope/axes", axes, palette, ["signals/scope/yaw_rate"])

@@ -15,7 +15,7 @@ from viewer.axes import Axes, Entry, NumberedAxis, axis_for
 from viewer.component_batches import NONE, points, strips
 from viewer.curve import CURVE_STEP, dashes, runs
 from viewer.frame import Floats, Frame
-from viewer.learning import DAMPING, RATE, log_axes, symmetric
+from viewer.learning import DAMPING, log_axes, symmetric
 from viewer.names import channel
 from viewer.palette import Colour, Palette
 from viewer.recorder import Recorder
@@ -82,8 +82,8 @@ class SlicesPage:
             said.append(model.over(velocity))
         largest = [float(np.abs(each.damping[~each.extrapolated]).max(initial=0.0)) for each in said]
         path = axes_paths(number)[0]
-        y = self._wide(path, max(*largest, float(np.abs(model.support_damping).max())), DAMPING)
-        axes = Axes(_own(beside.x), y, WIDTH, HEIGHT, legend=(entries, signs), font=30)
+        y = self._wide(path, max(*largest, float(np.abs(model.support_damping).max())), self._rec.words.fill(DAMPING))
+        axes = Axes(beside.x, y, WIDTH, HEIGHT, legend=(entries, signs), font=30)
         self._lay(path, axes, entities(number)[0])
         for k, each in enumerate(said):
             curve = np.column_stack((rate, each.damping))
@@ -101,7 +101,7 @@ class SlicesPage:
             Entry("disc", self._palette.support, "Support vectors"),
             Entry("dots", self._palette.new, "The newest batch"),
         )
-        axes = Axes(_own(beside.x), y, WIDTH, HEIGHT, legend=(signs,), font=30)
+        axes = Axes(beside.x, y, WIDTH, HEIGHT, legend=(signs,), font=30)
         self._lay(path, axes, entities(number)[1])
         self._rec.log(f"learning/slices/{number}/vectors", points(vectors))
         self._rec.log(f"learning/slices/{number}/batch", points(fresh))
@@ -127,10 +127,6 @@ class SlicesPage:
                 self._rec.strip(f"learning/slices/{number}/{kind}_{k}", colour, width, 20.0 + k)
         for name, colour, radius in (("vectors", self._palette.support, 5.0), ("batch", self._palette.new, 2.2)):
             self._rec.points(f"learning/slices/{number}/{name}", colour, radius, 10.0)
-
-
-def _own(axis: NumberedAxis) -> NumberedAxis:
-    return NumberedAxis(axis.low, axis.high, axis.step, RATE)
 
 
 TITLES = (f"{DAMPING}, slices", "Where it was driven")

@@ -6,22 +6,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from viewer.frame import Frame, clock_text
 
 
-def table(frame: Frame) -> str:
+def table(frame: Frame, words: AxisWords = YAW_WORDS) -> str:
     """Markdown; the figures that matter from two metres stand on top, large."""
     report, snapshot = frame.report, frame.snapshot
     span = None if snapshot is None else snapshot.trained_range
-    model = frame.model
+    model, unit = frame.model, words.effort_unit
     rows = [
         ("Training time", f"{report.training_ms:.1f} ms"),
-        ("Error before learning", quantity(report.progressive_mae, "N m")),
-        *((f"Error on {check.name}", quantity(check.mae, "N m")) for check in report.validation),
-        ("Noise of a sample", quantity(report.sigma, "N m")),
-        ("Tube of no penalty", "-" if model is None else f"±{quantity(model.epsilon, 'N m')}"),
-        ("Off the optimum at most", quantity(report.certified_error, "N m")),
-        ("Trained from", "-" if span is None else f"{span[0]:.3g} to {span[1]:.3g} rad/s"),
+        ("Error before learning", quantity(report.progressive_mae, unit)),
+        *((f"Error on {check.name}", quantity(check.mae, unit)) for check in report.validation),
+        ("Noise of a sample", quantity(report.sigma, unit)),
+        ("Tube of no penalty", "-" if model is None else f"±{quantity(model.epsilon, unit)}"),
+        ("Off the optimum at most", quantity(report.certified_error, unit)),
+        ("Trained from", "-" if span is None else f"{span[0]:.3g} to {span[1]:.3g} {words.rate_unit}"),
     ]
     notes = []
     if not report.trained:
@@ -32,7 +33,7 @@ def table(frame: Frame) -> str:
         notes.append("**The learner no longer has this revision's model: the curve is missing.**")
     return "\n".join(
         [
-            f"# Iteration {report.iteration}  ·  {headline(frame)}",
+            f"# Iteration {report.iteration}  ·  {headline(frame, unit)}",
             f"{report.counts.get('batch', 0)} samples, vehicle time {clock_text(report.time_span[0])} to "
             f"{clock_text(report.time_span[1])}, "
             f"revision {report.revision}",
@@ -63,11 +64,11 @@ def _rows(head: tuple[str, str], rows: Sequence[tuple[str, str]]) -> list[str]:
     return [f"| {head[0]} | {head[1]} |", "|:--|--:|", *(f"| {name} | {value} |" for name, value in rows)]
 
 
-def headline(frame: Frame) -> str:
+def headline(frame: Frame, unit: str = YAW_WORDS.effort_unit) -> str:
     """The one figure that says how good the model is."""
     report = frame.report
     if report.progressive_mae is not None:
-        return f"error {quantity(report.progressive_mae, 'N m')}"
+        return f"error {quantity(report.progressive_mae, unit)}"
     return "first model"
 
 

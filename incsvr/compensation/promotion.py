@@ -10,6 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from incsvr.plant.words import YAW_WORDS, AxisWords
+
 FALSE_PROOF_CHANCE = 0.05
 """Chance that a learner ever takes an effect for proven which does not foretell better, however long it runs: what the
 proof is designed for; its conditions are in bets.py."""
@@ -103,10 +105,10 @@ def in_force(found: Comparison) -> Verdict:
     return "withdrawn" if found.turned and found.against >= -math.log(FALSE_WITHDRAWAL_CHANCE) else "kept"
 
 
-def errors(error: Mapping[str, Any]) -> str:
+def errors(error: Mapping[str, Any], words: AxisWords = YAW_WORDS) -> str:
     """The errors before and after, of the form of `Comparison.error`, for people; None in JSON is no number."""
     torque, free_run = (
         " → ".join("–" if error[when][key] is None else f"{error[when][key]:.3g}" for when in ("before", "after"))
         for key in ("torque_rmse", "free_run_rmse")
     )
-    return f"torque {torque} N m, free run {free_run} rad/s"
+    return f"{words.effort} {torque} {words.effort_unit}, free run {free_run} {words.rate_unit}"

@@ -13,7 +13,7 @@ class BiasDrift(Effect):
     """N₀ + ν (t − t₀), t₀ the start of the fitted recordings; the second column is N₀."""
 
     name = "bias_drift"
-    sentence = "a yaw moment drifts slowly with time: changing trim, leakage, a warming thruster driver"
+    sentence = "a {name} {moment} drifts slowly with time: changing trim, leakage, a warming thruster driver"
     source = (
         "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 8 (slowly varying bias)"
     )

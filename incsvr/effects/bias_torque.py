@@ -13,7 +13,7 @@ class BiasTorque(Effect):
     """I ṙ + d(r) = τ + N₀. It is no damping, because d(0) = 0 (Section III-A: no drag acts on a vehicle at rest)."""
 
     name = "bias_torque"
-    sentence = "a constant yaw moment N₀ acts beside the thrusters: trim, a bent fin or a thruster offset"
+    sentence = "a constant {name} {moment} N₀ acts beside the thrusters: trim, a bent fin or a thruster offset"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 12 (bias moments)"
     acts = "outside"
 
@@ -26,5 +26,5 @@ class BiasTorque(Effect):
     def implausible(self, term: Term, s: Signals) -> str:
         largest = float(np.max(np.abs(s.torque)))
         if largest > 0.0 and abs(term.coefficients[0]) > largest:
-            return "the constant moment would exceed every commanded one"
+            return "the constant {moment} would exceed every commanded one"
         return ""

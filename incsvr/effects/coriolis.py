@@ -22,8 +22,8 @@ class Coriolis(Effect):
         "hydrodynamic Coriolis–centripetal matrices)"
     )
     sentence = (
-        "the product of two velocities turns the vehicle: Coriolis and centripetal terms, with the added mass the Munk "
-        "moment, and lift"
+        "the product of two velocities {drives} the vehicle: Coriolis and centripetal terms, with the added mass the "
+        "Munk moment, and lift"
     )
 
     def __init__(self, first: str, second: str, own: str = "") -> None:
@@ -45,4 +45,4 @@ class Coriolis(Effect):
         taken = abs(term.coefficients[0]) * float(np.std(product))
         there = s.inertia * float(np.max(np.abs(s.acceleration), initial=0.0)) + float(np.max(np.abs(s.torque)))
         there += float(np.max(np.abs(s.damping), initial=0.0))
-        return "its moment would exceed thrust, damping and inertia together" if taken > there > 0.0 else ""
+        return "its {moment} would exceed thrust, damping and {inertia} together" if taken > there > 0.0 else ""

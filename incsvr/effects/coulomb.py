@@ -22,7 +22,7 @@ class Coulomb(Effect):
     """
 
     name = "coulomb"
-    sentence = "dry (Coulomb) friction: a moment of constant size against the sense of turning"
+    sentence = "dry (Coulomb) friction: a {moment} of constant size against the {sense}"
     source = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994"
     acts = "motion"
     multiplicity = 2.0

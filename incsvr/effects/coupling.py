@@ -16,7 +16,9 @@ class Coupling(Effect):
     depth) acts by its difference from a reference that only the data know: a second column places it.
     """
 
-    sentence = "a yaw moment follows another channel (hydrodynamic coupling as N_v, or an actuator of another axis)"
+    sentence = (
+        "a {name} {moment} follows another channel (hydrodynamic coupling as N_v, or an actuator of another axis)"
+    )
     source = (
         "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 7 (coupled 6-DOF model)"
     )
@@ -47,4 +49,4 @@ class Coupling(Effect):
     def implausible(self, term: Term, s: Signals) -> str:
         moment = abs(term.coefficients[0]) * float(np.std(s.channels[self.channels[0]]))
         largest = float(np.max(np.abs(s.torque))) + float(np.max(np.abs(s.damping))) if s.damping.size else np.inf
-        return "its moment would exceed thrust and damping" if moment > largest > 0.0 else ""
+        return "its {moment} would exceed thrust and damping" if moment > largest > 0.0 else ""

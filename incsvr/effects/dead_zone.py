@@ -21,7 +21,7 @@ class DeadZone(Effect):
     """Nothing comes out for |τ| < w; beyond, either all of τ (`step`) or what exceeds w (`shifted`)."""
 
     name = "dead_zone"
-    sentence = "the thrusters have a dead band: they give nothing while the commanded moment is small"
+    sentence = "the thrusters have a dead band: they give nothing while the commanded {moment} is small"
     source = "D. R. Yoerger, J. G. Cooke, J.-J. E. Slotine, IEEE J. Oceanic Eng. 15(3), 1990"
     acts = "thrust"
     stage = 1
@@ -49,7 +49,7 @@ class DeadZone(Effect):
 
     def below_relevance(self, term: Term, s: Signals) -> str:
         if term.inner[-1] < NOISE_DEVIATIONS * s.torque_noise:
-            return "the dead band would lie within the noise of the measured torque, which it takes away"
+            return "the dead band would lie within the noise of the measured {effort}, which it takes away"
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:

@@ -13,7 +13,7 @@ class DragDrift(Effect):
     """d(r) grows by the factor 1 + f (t − t₀)/(t₁ − t₀) over the fitted recordings."""
 
     name = "drag_drift"
-    sentence = "the damping N_r, N_{r|r|} drifts over the recording, as with fouling"
+    sentence = "the damping {linear}, {force_symbol}_{{{symbol}|{symbol}|}} drifts over the recording, as with fouling"
     source = "M. P. Schultz, Biofouling 23(5), 2007 (drag of fouled hulls)"
     acts = "damping"
     needs_clock = True

@@ -13,7 +13,10 @@ class DragStep(Effect):
     """d(r) is multiplied by 1 + f from the instant t_s on: a hull or payload mounted, something lost or caught."""
 
     name = "drag_step"
-    sentence = "the damping N_r, N_{r|r|} jumps at one instant: another hull, a payload, something caught"
+    sentence = (
+        "the damping {linear}, {force_symbol}_{{{symbol}|{symbol}|}} jumps at one instant: another hull, a payload, "
+        "something caught"
+    )
     source = "B. Wehbe et al., IROS 2017, Section IV-C (hull around the rear thruster)"
     acts = "damping"
     searched = True

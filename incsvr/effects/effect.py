@@ -42,7 +42,7 @@ class Effect(ABC):
     Attributes:
         name: as in the contract's vocabulary.
         variant: tells apart several forms under one name; empty for the only form.
-        sentence: the physics, in one sentence in the field's words.
+        sentence: the physics, in one sentence in the field's words: a template of `AxisWords`, as reasons are.
         source: where the physics is written down.
         acts: how it enters a simulation: `outside` a moment of time and channels alone; `motion` a moment that follows
             from rate, heading or thrust; `damping` a factor on d(r); `thrust` between command and thrust; `inertia`.

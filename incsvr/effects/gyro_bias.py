@@ -23,7 +23,7 @@ class GyroBias(Effect):
     """
 
     name = "gyro_bias"
-    sentence = "the gyro's zero is off: it shows a constant rate where the vehicle does not turn, and no moment acts"
+    sentence = "the gyro's zero is off: it shows a constant rate where the vehicle does not turn, and no {moment} acts"
     source = "J. A. Farrell, Aided Navigation, 2008, ch. 11 (gyro bias)"
     acts = "motion"
 

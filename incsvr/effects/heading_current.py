@@ -15,7 +15,7 @@ class HeadingCurrent(Effect):
     """A sin(k ψ + φ): k = 1 a current's drag on an unbalanced hull, k = 2 the Munk moment (Y_v̇ − X_u̇) u v."""
 
     name = "heading_current"
-    sentence = "a moment that depends on heading: a current's drag (once a turn) or its Munk moment (twice a turn)"
+    sentence = "a {moment} that depends on heading: a current's drag (once a turn) or its Munk moment (twice a turn)"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 8 (ocean currents)"
     acts = "motion"
 

@@ -16,7 +16,7 @@ class Inertia(Effect):
     """
 
     name = "inertia"
-    sentence = "the moment of inertia with its added mass, I_z − N_ṙ, differs from the declared one"
+    sentence = "the {inertia_with_added_mass}, {added_mass}, differs from the declared one"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 6 (added mass)"
     acts = "inertia"
     ties = ("thrust_efficiency",)
@@ -28,10 +28,10 @@ class Inertia(Effect):
         return {"inertia_kg_m2": inertia + term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
-        return "the inertia would be negative" if term.coefficients[0] <= -s.inertia else ""
+        return "the {inertia} would be negative" if term.coefficients[0] <= -s.inertia else ""
 
     def below_relevance(self, term: Term, s: Signals) -> str:
         if abs(term.coefficients[0]) < DECLARED_INERTIA_ERROR * s.inertia:
             within = f"{DECLARED_INERTIA_ERROR:.0%}"
-            return f"the inertia would equal the declared one within {within}, the accuracy of a declaration"
+            return f"the {{inertia}} would equal the declared one within {within}, the accuracy of a declaration"
         return ""

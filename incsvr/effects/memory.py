@@ -33,7 +33,7 @@ class Memory(Effect):
     """
 
     name = "memory"
-    sentence = "the damping depends on the past of the yaw rate: co-rotating water or unsteady flow (fluid memory)"
+    sentence = "the damping depends on the past of the {rate}: co-rotating water or unsteady flow (fluid memory)"
     source = "W. E. Cummins, Schiffstechnik 9, 1962 (memory of the fluid); T. I. Fossen, 2011, ch. 5"
     acts = "motion"
     searched = True
@@ -66,7 +66,7 @@ class Memory(Effect):
 
     def implausible(self, term: Term, s: Signals) -> str:
         if term.inner[-1] < EDGE_FACTOR * self.bounds(s)[0]:
-            return "water that follows so fast acts as additional inertia"
+            return "water that follows so fast acts as additional {inertia}"
         if self.variant == "co-rotating":
             carried = -term.coefficients[0] / s.drag_slope(term.inner[0])
             return "" if 0.0 < carried < MAX_ENTRAINMENT else "the water would turn against the vehicle, or ahead of it"

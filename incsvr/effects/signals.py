@@ -11,6 +11,8 @@ from scipy.signal import lfilter
 
 from incsvr.effects.even_table import EvenTable
 from incsvr.numerics import Array
+from incsvr.plant.axes import of_rate
+from incsvr.plant.words import AxisWords, words_of
 
 MAX_SETTLING_SCALES = 2.0
 """Longest settling time in time scales of the motion: a delay of two would be half a period of a loop that never
@@ -67,6 +69,11 @@ class Signals:
     origin: tuple[float, float] = (0.0, 1.0)
     torque_noise: float = 0.0
     rate_name: str = "yaw_rate"
+
+    @property
+    def words(self) -> AxisWords:
+        """What sentences call the quantities of the axis that is traced."""
+        return words_of(of_rate(self.rate_name))
 
     @property
     def one_clock(self) -> bool:

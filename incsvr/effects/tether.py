@@ -19,7 +19,7 @@ class Tether(Effect):
     """
 
     name = "tether"
-    sentence = "a tether turns the vehicle back with a moment that grows with the turned angle"
+    sentence = "a tether {draws} the vehicle back with a {moment} that grows with the turned angle"
     source = "F. Dukan, M. Ludvigsen, A. J. Sørensen, OCEANS 2011 (ROV with umbilical)"
     acts = "motion"
     multiplicity = 2.0

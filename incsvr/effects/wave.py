@@ -15,7 +15,7 @@ class Wave(Effect):
     """A sin(2π t/P + φ), t from the start of the fitted recordings."""
 
     name = "wave"
-    sentence = "a periodic moment acts that depends on time alone, as of regular waves"
+    sentence = "a periodic {moment} acts that depends on time alone, as of regular waves"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 8 (wave moments)"
     acts = "outside"
     searched = True

@@ -130,7 +130,10 @@ def cut(runs: Sequence[Run], inertia: float, names: Sequence[str], how: Cut) -> 
                 found.append(cells)
                 number.append(k)
     if not found:
-        raise BadInput("yaw_rate and torque never overlap in time: check the stamps of the two streams")
+        words = runs[0].words
+        raise BadInput(
+            f"{words.rate_column} and {words.effort} never overlap in time: check the stamps of the two streams"
+        )
     joined = {name: np.concatenate([each[name] for each in found]) for name in found[0]}
     start = np.cumsum([0, *(each["rate"].size for each in found)]).astype(np.intp)
     heading = joined.pop("heading", None)

@@ -15,6 +15,7 @@ from incsvr.tracing.thresholds import COPY_CORRELATION, FUNCTION_R2
 def usable_channels(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
     """Names of the channels that may be candidates, and the reason for each that may not (heading is never one)."""
     names = sorted({name for run in runs for name in run.channels} - {"heading"})
+    words = runs[0].words
     kept: dict[str, Array] = {}
     refused: dict[str, str] = {}
     grids = [stream(run, run.yaw_rate) for run in runs]
@@ -34,9 +35,9 @@ def usable_channels(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
         if np.ptp(values) <= 1e-9 * max(1.0, float(np.max(np.abs(values)))):
             refused[name] = "it is constant"
         elif _explained(values, torque) > FUNCTION_R2:
-            refused[name] = "it is a function of the torque"
+            refused[name] = f"it is a function of the {words.effort}"
         elif _explained(values, rate) > FUNCTION_R2:
-            refused[name] = "it is a function of the yaw rate"
+            refused[name] = f"it is a function of the {words.rate}"
         else:
             twin = next(
                 (other for other, x in kept.items() if abs(np.corrcoef(x, values)[0, 1]) > COPY_CORRELATION), None

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.tracing.held_out import Errors, beats_zero
 from incsvr.tracing.model import TracedModel
@@ -120,6 +119,7 @@ class Trace:
         one_clock: whether the recordings follow one another; else nothing that changes in time was sought.
         doubts: what speaks against the declaration itself (inertia, unit or sign of the torque), each a clause that
             the headline repeats.
+        axis: the one that is traced, of whose quantities the sentences speak.
     """
 
     inertia: float
@@ -139,6 +139,7 @@ class Trace:
     one_clock: bool = True
     sought: bool = True
     doubts: tuple[str, ...] = ()
+    axis: Axis = YAW
 
     @property
     def beats_zero(self) -> bool:
@@ -149,26 +150,6 @@ class Trace:
     def inertia_in_force(self) -> float:
         """The inertia that the model goes by: the declared one with what was traced of it [kg m²]."""
         return inertia_in_force(self.inertia, [finding.to_dict() for finding in self.effects])
-
-    def in_terms_of(self, axis: Axis) -> Trace:
-        """The trace in the words and units of an axis."""
-        if axis == YAW:
-            return self
-        return replace(
-            self,
-            effects=tuple(
-                replace(
-                    each,
-                    sentence=in_words_of(axis, each.sentence),
-                    next_manoeuvre=in_words_of(axis, each.next_manoeuvre),
-                )
-                for each in self.effects
-            ),
-            rejected=tuple(replace(each, reason=in_words_of(axis, each.reason)) for each in self.rejected),
-            notes=tuple(in_words_of(axis, note) for note in self.notes),
-            doubts=tuple(in_words_of(axis, doubt) for doubt in self.doubts),
-            ignored_channels={name: in_words_of(axis, reason) for name, reason in self.ignored_channels.items()},
-        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.tracing.thresholds import (
     MIN_CLIPPED_LEAP_STEPS,
     MIN_CLIPPED_SAMPLES,
@@ -19,7 +20,7 @@ from incsvr.tracing.thresholds import (
 )
 
 
-def check_gyro(name: str, time: Array, rate: Array, torque: Array) -> None:
+def check_gyro(name: str, time: Array, rate: Array, torque: Array, words: AxisWords = YAW_WORDS) -> None:
     """Refuse a gyro that was stuck or clipped.
 
     Args:
@@ -27,6 +28,7 @@ def check_gyro(name: str, time: Array, rate: Array, torque: Array) -> None:
         time: (n,) stamps of the yaw rate [s].
         rate: (n,) [rad/s].
         torque: (n,) at the same stamps [N m].
+        words: what messages call the quantities of the axis.
 
     Raises:
         BadInput: naming from when to when the rate stood still, or the value at which it is clipped.
@@ -34,8 +36,8 @@ def check_gyro(name: str, time: Array, rate: Array, torque: Array) -> None:
     if rate.size < MIN_STUCK_SAMPLES or np.ptp(rate) <= 0.0:
         return
     starts, lengths = _runs(rate)
-    _check_stuck(name, time, torque, starts, lengths)
-    _check_clipped(name, rate, starts, lengths)
+    _check_stuck(name, time, torque, starts, lengths, words)
+    _check_clipped(name, rate, starts, lengths, words)
 
 
 def _runs(rate: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -44,7 +46,9 @@ def _runs(rate: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return starts, np.diff(np.append(starts, rate.size))
 
 
-def _check_stuck(name: str, time: Array, torque: Array, starts: NDArray[np.intp], lengths: NDArray[np.intp]) -> None:
+def _check_stuck(
+    name: str, time: Array, torque: Array, starts: NDArray[np.intp], lengths: NDArray[np.intp], words: AxisWords
+) -> None:
     longest = int(np.argmax(lengths))
     first, count = int(starts[longest]), int(lengths[longest])
     last = first + count - 1
@@ -54,12 +58,14 @@ def _check_stuck(name: str, time: Array, torque: Array, starts: NDArray[np.intp]
         return
     if float(np.std(torque[first : last + 1])) > MIN_STUCK_TORQUE_SHARE * float(np.std(torque)):
         raise BadInput(
-            f"{name}: yaw_rate is constant from {time[first]:.6g} to {time[last]:.6g} s while the torque varies; check "
-            "the gyro, and leave these cells empty or these rows out"
+            f"{name}: {words.rate_column} is constant from {time[first]:.6g} to {time[last]:.6g} s while the "
+            f"{words.effort} varies; check the gyro, and leave these cells empty or these rows out"
         )
 
 
-def _check_clipped(name: str, rate: Array, starts: NDArray[np.intp], lengths: NDArray[np.intp]) -> None:
+def _check_clipped(
+    name: str, rate: Array, starts: NDArray[np.intp], lengths: NDArray[np.intp], words: AxisWords
+) -> None:
     levels = np.unique(rate)
     gaps = np.diff(levels)
     resolution = float(np.min(gaps[gaps > 1e-9 * (levels[-1] - levels[0])]))
@@ -74,6 +80,6 @@ def _check_clipped(name: str, rate: Array, starts: NDArray[np.intp], lengths: ND
         beside = np.concatenate([values[at[at > 0] - 1], values[at[at < values.size - 1] + 1]])
         if beside.size and float(np.mean(np.abs(beside - end))) > MIN_CLIPPED_LEAP_STEPS * resolution:
             raise BadInput(
-                f"{name}: yaw_rate is clipped at {end:.4g} rad/s, where it stays for {100 * clipped / rate.size:.0f} % "
-                "of the samples; set the gyro to a wider range, or turn more slowly"
+                f"{name}: {words.rate_column} is clipped at {end:.4g} {words.rate_unit}, where it stays for "
+                f"{100 * clipped / rate.size:.0f} % of the samples; set the gyro to a wider range, or turn more slowly"
             )

@@ -14,6 +14,7 @@ import numpy as np
 
 from incsvr.effects import Signals
 from incsvr.numerics import Array
+from incsvr.plant.words import AxisWords
 from incsvr.tracing import windows
 from incsvr.tracing.cells import cut, plain
 from incsvr.tracing.dynamics import Dynamics, Windows
@@ -49,8 +50,9 @@ class Manoeuvre:
         return (*found, (round(float(self.torque.size * step), 4), 0.0))
 
 
-def separate(problem: Problem, found: FittedHypothesis, alternative: FittedHypothesis) -> tuple[str, Rows]:
-    """A sentence with the shortest manoeuvre that tells `found` from `alternative`, or that there is none; its rows."""
+def separate(problem: Problem, found: FittedHypothesis, k: int, alternative: FittedHypothesis) -> tuple[str, Rows]:
+    """A sentence with the shortest manoeuvre that tells the k-th effect of `found` from that of `alternative`, or that
+    there is none; its rows."""
     other, step = alternative.hypothesis.parts[-1].name, problem.cells.resolution
     if float(np.ptp(problem.cells.signals.torque)) == 0.0:
         return f"to distinguish it from {other}, let the thrusters turn the vehicle: here they were off", ()
@@ -67,40 +69,47 @@ def separate(problem: Problem, found: FittedHypothesis, alternative: FittedHypot
         if expected > most:
             most, best = expected, manoeuvre
     if most < NO_EVIDENCE:
-        return hopeless((other,)), ()
+        return hopeless(found.hypothesis.parts[k].name, (other,), problem.cells.signals.words), ()
     words = f"{best.words}, several times: expected evidence 2Δℓ ≈ {2 * most:.1f} each"
     return f"to distinguish it from {other}, drive {words}", best.rows(step)
 
 
-def hopeless(others: Sequence[str]) -> str:
-    """The sentence that no manoeuvre tells an effect from the first of these; empty where there is none."""
+def hopeless(effect: str, others: Sequence[str], words: AxisWords) -> str:
+    """The sentence that no manoeuvre tells an effect from the first of these; empty where there is none.
+
+    No bollard pull measures what a recorded channel does: where either reads one, the advice is of that channel.
+    """
     if not others:
         return ""
+    alike = f"no manoeuvre in {words.name} distinguishes it from {others[0]}: both explain every motion alike"
+    channel = next((name.partition(":")[2] for name in (others[0], effect) if ":" in name), None)
+    if channel is None:
+        return f"{alike}; measure one of the two by other means (a bollard pull, a pendulum test)"
     return (
-        f"no manoeuvre in yaw distinguishes it from {others[0]}: both explain every motion alike; measure one of the "
-        "two by other means (a bollard pull, a pendulum test)"
+        f"{alike}; record a run in which {channel} has other values at the same torques (another place, heading, depth "
+        f"or speed), or leave {channel} out if it is a raw sensor's"
     )
 
 
 def manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
     """Candidates within the torque that the recordings held, shortest first."""
     s, step = problem.cells.signals, problem.cells.resolution
-    top = float(np.quantile(np.abs(s.torque), USUAL_QUANTILES[1]))
+    top, unit = float(np.quantile(np.abs(s.torque), USUAL_QUANTILES[1])), s.words.effort_unit
     for scales in MANOEUVRE_SCALES:
         length = scales * s.scale
         t = np.arange(0.0, length, step)
         for period in (2.0 * s.scale, 8.0 * s.scale):
             turning = np.where(np.mod(t, period) < 0.5 * period, 1.0, -1.0)
-            words = f"steps between ±{top:.3g} N m every {0.5 * period:.3g} s for {length:.0f} s"
+            words = f"steps between ±{top:.3g} {unit} every {0.5 * period:.3g} s for {length:.0f} s"
             yield Manoeuvre(words, top * turning)
         hold = length / len(STAIR_TORQUE_SHARES)
-        words = f"stairs of 25, 50, 75 and 100 % of {top:.3g} N m both ways, with rests, {hold:.3g} s each"
+        words = f"stairs of 25, 50, 75 and 100 % of {top:.3g} {unit} both ways, with rests, {hold:.3g} s each"
         yield Manoeuvre(
             words, top * np.array(STAIR_TORQUE_SHARES)[np.minimum((t / hold).astype(int), len(STAIR_TORQUE_SHARES) - 1)]
         )
         sweep = 0.5 * t**2 / length * (1.95 / s.scale) + 0.05 / s.scale * t
         words = (
-            f"a sweep of {top:.3g} N m from {20.0 * s.scale:.3g} s to {0.5 * s.scale:.3g} s period in {length:.0f} s"
+            f"a sweep of {top:.3g} {unit} from {20.0 * s.scale:.3g} s to {0.5 * s.scale:.3g} s period in {length:.0f} s"
         )
         yield Manoeuvre(words, top * np.sin(2.0 * np.pi * sweep))
 

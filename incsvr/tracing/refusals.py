@@ -36,11 +36,12 @@ def refuse_too_little_motion(search: Search) -> None:
     idle = float(np.mean(np.abs(s.torque) < IDLE_TORQUE_SHARE * max(float(np.max(np.abs(s.torque))), 1e-300)))
     least = MIN_IDLE_TURN_DEVIATIONS if idle > MAX_IDLE_SHARE else MIN_TURN_DEVIATIONS
     if unsure > MAX_GAIN_ERROR or fastest < least * scatter:
+        words = s.words
         raise BadInput(
-            f"too little motion: 99 % of the yaw rates are below {fastest:.2g} rad/s with a gyro noise of "
-            f"{scatter:.1g}, the torque is near zero for {idle:.0%} of the time, and its effect would leave the "
-            f"inertia uncertain by {min(unsure, 9.99):.0%}; drive turns both ways with steps of a quarter, half and "
-            f"all of the torque, each held for {max(2.0 * s.scale, 5.0):.0f} s, for ten minutes"
+            f"too little motion: 99 % of the {words.rates} are below {fastest:.2g} {words.rate_unit} with a gyro noise "
+            f"of {scatter:.1g}, the {words.effort} is near zero for {idle:.0%} of the time, and its effect would leave "
+            f"the {words.inertia} uncertain by {min(unsure, 9.99):.0%}; drive turns both ways with steps of a quarter, "
+            f"half and all of the {words.effort}, each held for {max(2.0 * s.scale, 5.0):.0f} s, for ten minutes"
         )
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.effects import Signals
+from incsvr.plant.axes import of_rate
 from incsvr.tracing.adequacy import smooth_terms, unevenness
 from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.cells import Cells
@@ -66,12 +67,13 @@ def result_of(
         unexplained=unexplained,
         error=error,
         ignored_channels=dict(ignored),
-        notes=(*of_clocks(s), *of_loop(loop), *of_share(problem.share), *spread.notes),
+        notes=(*of_clocks(s), *of_loop(loop, s.words), *of_share(problem.share), *spread.notes),
         loop="closed" if closed else "open",
         proven=bool(best.names) and is_proven(error, closed),
         spans=spread.spans,
         one_clock=s.one_clock,
         sought=not unsought,
+        axis=of_rate(s.rate_name),
         declared_model=declared,
         model=model,
         pictures=Pictures(
@@ -93,6 +95,7 @@ def _moving(cells: Cells) -> Signals:
 
 def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis) -> list[Finding]:
     problem, declared = search.problem, search.problem.cells.signals.inertia
+    words = problem.cells.signals.words
     spans = intervals(problem, best.fitted, search.blocks)
     without = [search.tried(best.hypothesis.without(k), best.fitted) for k in range(len(best.names))]
     losses = [max(search.better(best, rest).total, 0.0) for rest in without]
@@ -103,7 +106,8 @@ def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis)
         gain = float(np.sum(best.fitted.score - without[k].fitted.score)) / best.inflation
         others = alternatives(search, best, k)
         share = losses[k] / total
-        advice, manoeuvre = separate(problem, best, others[0]) if others else (hopeless(part.effect.ties), ())
+        told = separate(problem, best, k, others[0]) if others else (hopeless(part.name, part.effect.ties, words), ())
+        advice, manoeuvre = told
         findings.append(
             Finding(
                 effect=part.name,
@@ -114,7 +118,7 @@ def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis)
                 share=share,
                 cannot_tell_from=(*(other.hypothesis.parts[-1].name for other in others), *part.effect.ties),
                 next_manoeuvre=advice,
-                sentence=sentence(part.effect, parameters, spans[k], share),
+                sentence=sentence(part.effect, parameters, spans[k], share, words),
                 manoeuvre=manoeuvre,
             )
         )

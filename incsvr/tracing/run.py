@@ -11,6 +11,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array, running_integral
 from incsvr.plant.axes import YAW, of_rate
+from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.gyro import check_gyro
 from incsvr.tracing.thresholds import MIN_SAMPLES
 
@@ -36,6 +37,11 @@ class Run:
     channels: Mapping[str, Array] = field(default_factory=dict)
     rate_name: str = YAW.rate
     rate_limit: float | None = None
+
+    @property
+    def words(self) -> AxisWords:
+        """What sentences call the quantities of the axis."""
+        return words_of(of_rate(self.rate_name))
 
 
 def stream(run: Run, values: Array) -> tuple[Array, Array]:
@@ -113,20 +119,21 @@ def sample_period(runs: Sequence[Run], of: Literal["yaw_rate", "torque"]) -> flo
 
 
 def _check_streams(run: Run) -> None:
+    words = run.words
     for label, values in (("yaw_rate", run.yaw_rate), ("torque", run.torque)):
         if np.isfinite(values).sum() < 2:
             raise BadInput(f"{run.name}: {label} holds no numbers; record it or leave this run out")
     period = sample_period([run], "yaw_rate")
     if period >= 1.0 and period == round(period) and run.time[-1] - run.time[0] > 2000.0:
         raise BadInput(
-            f"{run.name}: the yaw rate is sampled every {period:g} s, which looks like time stamps in ms; "
+            f"{run.name}: the {words.rate} is sampled every {period:g} s, which looks like time stamps in ms; "
             "divide t by 1000"
         )
     fastest = float(np.nanpercentile(np.abs(run.yaw_rate), 99))
     if fastest > (of_rate(run.rate_name).fastest if run.rate_limit is None else run.rate_limit):
         raise BadInput(
-            f"{run.name}: |yaw_rate| reaches {fastest:.3g}, no vehicle turns at that many rad/s; convert degrees, or "
-            "raise vehicle.rate_limit if it does"
+            f"{run.name}: |{words.rate_column}| reaches {fastest:.3g}, no vehicle {words.turns} at that many "
+            f"{words.rate_unit}; convert degrees, or raise vehicle.rate_limit if it does"
         )
     heading = run.channels.get("heading")
     if heading is not None and np.isfinite(heading).sum() > 2:
@@ -135,10 +142,10 @@ def _check_streams(run: Run) -> None:
         expected = np.abs(np.diff(np.interp(at, *_integral(run))))
         if np.nanmax(np.abs(angle)) > 30.0 and np.median(angle_steps) > 10.0 * max(float(np.median(expected)), 1e-9):
             raise BadInput(
-                f"{run.name}: heading turns far faster than the yaw rate says; convert it from degrees to rad"
+                f"{run.name}: heading turns far faster than the {words.rate} says; convert it from degrees to rad"
             )
     when, rate = stream(run, run.yaw_rate)
-    check_gyro(run.name, when, rate, np.interp(when, *stream(run, run.torque)))
+    check_gyro(run.name, when, rate, np.interp(when, *stream(run, run.torque)), words)
 
 
 def _integral(run: Run) -> tuple[Array, Array]:
@@ -160,4 +167,6 @@ def _check_together(runs: Sequence[Run]) -> None:
         )
     rate = np.concatenate([stream(run, run.yaw_rate)[1] for run in runs])
     if np.ptp(rate) <= 1e-9:
-        raise BadInput("the yaw rate never changes: nothing can be learned from it; check the gyro's stream")
+        raise BadInput(
+            f"the {runs[0].words.rate} never changes: nothing can be learned from it; check the gyro's stream"
+        )

@@ -147,11 +147,11 @@ class Search:
     def objections(self, tried: FittedHypothesis) -> Iterator[tuple[int, str]]:
         """Places of effects that physics or relevance forbid, and why."""
         response, cells = tried.fitted.response, self.problem.cells
-        d = response.dynamics
+        d, words = response.dynamics, cells.signals.words
         usual = float(np.mean(cells.signals.torque**2))
         seen = replace(d.seen, acceleration=np.gradient(cells.signals.rate, cells.step), residual=residual(d))
         for k, part in enumerate(tried.hypothesis.parts):
-            why = part.effect.implausible(part.term, seen) or part.effect.below_relevance(part.term, seen)
+            why = words.fill(part.effect.implausible(part.term, seen) or part.effect.below_relevance(part.term, seen))
             if why:
                 yield k, why
             if part.effect.lingers and part.effect.acts == "thrust" and part.vector[0] < cells.resolution:
@@ -160,8 +160,8 @@ class Search:
             if part.effect.acts != "inertia" and moved < RELEVANT_TORQUE_SHARE**2 * usual:
                 yield (
                     k,
-                    f"it changes less than {RELEVANT_TORQUE_SHARE:.0%} of the torque, which is within the error of a "
-                    "thrust table",
+                    f"it changes less than {RELEVANT_TORQUE_SHARE:.0%} of the {words.effort}, which is within the "
+                    "error of a thrust table",
                 )
 
     def _grown(self, best: FittedHypothesis) -> FittedHypothesis | None:

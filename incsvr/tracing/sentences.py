@@ -3,84 +3,70 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from incsvr.effects import Effect, Signals
-from incsvr.tracing.findings import Finding, Trace
+from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
+from incsvr.tracing.findings import Trace
 from incsvr.tracing.thresholds import MUCH_LEFT_SHARE
 from incsvr.tracing.torque_nature import Loop
 
 LABELS = {
-    "moment_nm": ("moment", "N m"),
-    "inertia_kg_m2": ("moment of inertia", "kg m²"),
+    "moment_nm": ("moment", "{effort_unit}"),
+    "inertia_kg_m2": ("{moment_of_inertia}", "{inertia_unit}"),
     "time_constant_s": ("time constant", "s"),
     "delay_s": ("delay", "s"),
-    "half_width_nm": ("half width", "N m"),
+    "half_width_nm": ("half width", "{effort_unit}"),
     "reverse_efficiency": ("reverse efficiency", ""),
-    "limit_nm": ("limit", "N m"),
+    "limit_nm": ("limit", "{effort_unit}"),
     "coefficient": ("coefficient", ""),
-    "amplitude_nm": ("amplitude", "N m"),
+    "amplitude_nm": ("amplitude", "{effort_unit}"),
     "phase_rad": ("phase", "rad"),
     "harmonic": ("periods in a turn", ""),
-    "stiffness_nm_per_rad": ("stiffness", "N m/rad"),
+    "stiffness_nm_per_rad": ("stiffness", "{stiffness_unit}"),
     "neutral_rad": ("neutral heading", "rad"),
     "slack_rad": ("slack to either side", "rad"),
     "period_s": ("period", "s"),
     "fraction": ("relative change", ""),
     "at_s": ("at", "s"),
-    "gain_nm_s": ("gain", "N m s"),
-    "nm_per_s": ("drift", "N m/s"),
-    "start_nm": ("at the start", "N m"),
+    "gain_nm_s": ("gain", "{effort_unit} s"),
+    "nm_per_s": ("drift", "{effort_unit}/s"),
+    "start_nm": ("at the start", "{effort_unit}"),
     "reference": ("reference level", ""),
     "exponent": ("exponent", ""),
     "rate_rad_s": ("rate", "rad/s"),
-    "moment_forward_nm": ("moment forward", "N m"),
-    "moment_backward_nm": ("moment backward", "N m"),
-    "ratio": ("in parts of the declared inertia", ""),
+    "moment_forward_nm": ("{moment} forward", "{effort_unit}"),
+    "moment_backward_nm": ("{moment} backward", "{effort_unit}"),
+    "ratio": ("in parts of the declared {inertia}", ""),
 }
-"""Parameter → what to call it, and its unit."""
+"""Parameter → what to call it, and its unit: templates of `AxisWords`."""
 
 
 AHEAD = (
-    "the vehicle turns before its torque is recorded, which is impossible: the torque's stamps are late by |D| "
-    "against the yaw rate's, or another effect causes it"
+    "the vehicle turns before its {effort} is recorded, which is impossible: the {effort}'s stamps are late by |D| "
+    "against the {rate}'s, or another effect causes it"
 )
 """What a negative delay means."""
 
 
 def sentence(
-    effect: Effect, parameters: Mapping[str, float], interval: Mapping[str, tuple[float, float]], explained_part: float
+    effect: Effect,
+    parameters: Mapping[str, float],
+    interval: Mapping[str, tuple[float, float]],
+    explained_part: float,
+    words: AxisWords = YAW_WORDS,
 ) -> str:
     """What was found, its values with 95 % intervals, and how much of the residual it explains."""
     values = []
     for name, value in parameters.items():
-        label, unit = LABELS[name]
+        label, unit = (words.fill(each) for each in LABELS[name])
         low, high = interval[name]
         certain = high - low <= 0.0
         spread = "" if certain else f" ({low:.3g} to {high:.3g})"
         values.append(f"{label} {value:.3g}{spread}{' ' + unit if unit else ''}")
-    meaning = AHEAD if parameters.get("delay_s", 0.0) < 0.0 else effect.sentence
+    meaning = words.fill(AHEAD if parameters.get("delay_s", 0.0) < 0.0 else effect.sentence)
     part = f"It accounts for {100.0 * explained_part:.0f} % of the improvement."
     return f"{effect.name}: {meaning}; {', '.join(values)}. {part}"
-
-
-OTHER_MEANS = "by other means"
-"""Says in a manoeuvre's sentence that none tells two effects apart."""
-
-
-def advised(finding: Finding) -> Finding:
-    """The finding with advice that can be followed: no bollard pull measures what a recorded channel does."""
-    of_channel = next((name for name in (*finding.cannot_tell_from[:1], finding.effect) if ":" in name), None)
-    if of_channel is None or OTHER_MEANS not in finding.next_manoeuvre:
-        return finding
-    channel = of_channel.split(":", 1)[1]
-    return replace(
-        finding,
-        next_manoeuvre=f"no manoeuvre in yaw distinguishes it from {finding.cannot_tell_from[0]}: both explain "
-        f"every motion alike; record a run in which {channel} has other values at the same torques (another place, "
-        f"heading, depth or speed), or leave {channel} out if it is a raw sensor's",
-    )
 
 
 def streams(effect: Effect) -> tuple[str, ...]:
@@ -108,14 +94,14 @@ def of_clocks(signals: Signals) -> tuple[str, ...]:
     )
 
 
-def of_loop(loop: Loop) -> tuple[str, ...]:
+def of_loop(loop: Loop, words: AxisWords) -> tuple[str, ...]:
     """The note on a controller whose gyro this log may not hold; empty where nothing is in doubt."""
     if loop is not Loop.OTHER_GYRO:
         return ()
     return (
-        "the torque responds to the rate, but this log's gyro does not predict the torque: the controller reads "
-        "another gyro, or the torque is measured; no effect was sought, because each might be false; log the "
-        "controller's own gyro, or give --torque measured",
+        f"the {words.effort} responds to the rate, but this log's gyro does not predict the {words.effort}: the "
+        f"controller reads another gyro, or the {words.effort} is measured; no effect was sought, because each might "
+        "be false; log the controller's own gyro, or give --torque measured",
     )
 
 
@@ -141,37 +127,46 @@ def headline_clauses(found: Trace) -> list[str]:
 
 
 def _verdict(found: Trace) -> str:
+    words = words_of(found.axis)
     if not found.beats_zero:
-        return "the model predicts no better than a rate of zero: check inertia, units and signs before anything else"
+        return (
+            f"the model predicts no better than a rate of zero: check {words.inertia}, units and signs before anything "
+            "else"
+        )
     names = ", ".join(finding.effect for finding in found.effects)
     if found.verdict == "effects":
         key = "torque_rmse" if found.loop == "closed" else "free_run_rmse"
-        errors = _before_and_after(found.error, key)
+        errors = _before_and_after(found.error, key, words)
         if found.proven:
             return f"the model lacks {names}: on unseen data {errors}"
         if found.error["change"][key]["low"] > 0.0:
             return f"{names} would fit these recordings better, but unseen data speak against it: {errors}"
         return f"the model may lack {names}, but unseen data do not prove it: {errors}, which chance explains"
     if found.verdict == "unexplained" and not found.sought:
-        return "no effect was sought: a controller uses another gyro than this log's, or the torque is measured"
+        return (
+            f"no effect was sought: a controller uses another gyro than this log's, or the {words.effort} is measured"
+        )
     if found.verdict == "unexplained":
         follows = ", ".join(each.channel for each in found.unexplained)
         of = f", the residual follows {follows}" if follows else ""
         return f"the model lacks something that no known effect explains{of}"
     left = left_of_torque(found.error)
     if left is not None and left >= MUCH_LEFT_SHARE:
-        return f"no known effect is proven, but the model does not explain the motion: the residual is {_share(left)}"
+        return (
+            "no known effect is proven, but the model does not explain the motion: the residual is "
+            f"{_share(left, words)}"
+        )
     return "the model lacks nothing that these recordings show"
 
 
 def _limits(found: Trace) -> list[str]:
     """What a reader of the verdict must know beside it."""
-    limits, left = list(found.doubts), left_of_torque(found.error)
+    limits, left, words = list(found.doubts), left_of_torque(found.error), words_of(found.axis)
     if found.verdict != "none" and left is not None and left >= MUCH_LEFT_SHARE:
-        limits.append(f"the residual is {_share(left)}")
+        limits.append(f"the residual is {_share(left, words)}")
     other = "free_run_rmse" if found.loop == "closed" else "torque_rmse"
     if found.verdict != "none" and found.error["change"][other]["low"] > 0.0:
-        limits.append(f"on unseen data {_before_and_after(found.error, other)}")
+        limits.append(f"on unseen data {_before_and_after(found.error, other, words)}")
     if not found.one_clock:
         limits.append("effects that begin or drift were not sought: the stamps of the recordings overlap")
     return limits
@@ -183,15 +178,16 @@ def left_of_torque(error: Mapping[str, Any]) -> float | None:
     return None if share is None else float(share)
 
 
-def _share(left: float) -> str:
-    return f"{100.0 * left:.0f} % of the torque"
+def _share(left: float, words: AxisWords) -> str:
+    return f"{100.0 * left:.0f} % of the {words.effort}"
 
 
-def _before_and_after(error: Mapping[str, Any], key: str) -> str:
+def _before_and_after(error: Mapping[str, Any], key: str, words: AxisWords) -> str:
     """How an error changed, in words: "the torque's error grows from 51.6 to 56.2 N m"."""
-    called, unit = {"torque_rmse": ("the torque's error", "N m"), "free_run_rmse": ("the free run's error", "rad/s")}[
-        key
-    ]
+    called, unit = {
+        "torque_rmse": (f"the {words.effort}'s error", words.effort_unit),
+        "free_run_rmse": ("the free run's error", words.rate_unit),
+    }[key]
     before, after = (error[when][key] for when in ("before", "after"))
     if f"{before:.3g}" == f"{after:.3g}":
         return f"{called} stays at {after:.3g} {unit}"

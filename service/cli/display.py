@@ -10,12 +10,13 @@ from rich.table import Table
 from rich.text import Text
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from service.wire import Health, ModelSnapshot, StreamHealth
 
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
-STREAM_NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
-STREAM_UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
+STREAM_NAMES = {"yaw_rate": "{rate}", "torque": "{effort}"}
+"""What people call the two streams: templates of `AxisWords`, as their units are."""
+STREAM_UNITS = {"yaw_rate": "{rate_unit}", "torque": "{effort_unit}"}
 SHOWN_RATES = 5
 """Rates at which the model is shown, over its trained range."""
 
@@ -62,13 +63,12 @@ def _heard(health: Health, axis: Axis) -> Table:
 
 def _called(name: str, axis: Axis) -> str:
     """What people call a stream."""
-    return in_words_of(axis, STREAM_NAMES[name]) if name in STREAM_NAMES else name
+    return words_of(axis).fill(STREAM_NAMES[name]) if name in STREAM_NAMES else name
 
 
 def _columns(name: str, stream: StreamHealth, axis: Axis) -> tuple[str, ...]:
-    value = (
-        "–" if stream.value is None else f"{stream.value:.3g} {in_words_of(axis, STREAM_UNITS.get(name, ''))}".strip()
-    )
+    unit = words_of(axis).fill(STREAM_UNITS.get(name, ""))
+    value = "–" if stream.value is None else f"{stream.value:.3g} {unit}".strip()
     return (
         value,
         "–" if not stream.period_s else f"{1.0 / stream.period_s:.3g}",
@@ -89,19 +89,23 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
     if model is None:
         facts.add_row("model", "none yet: the first follows the first batch")
         return facts
-    sigma = "" if model.sigma is None else f", noise {model.sigma:.3g} N m"
+    words = words_of(axis)
+    sigma = "" if model.sigma is None else f", noise {model.sigma:.3g} {words.effort_unit}"
     traced = "" if model.inertia_in_force == model.inertia else f", traced ({model.inertia:g} declared)"
-    held = in_words_of(axis, f"{len(model.support)} vectors, I = {model.inertia_in_force:.4g} kg m²{traced}{sigma}")
+    inertia = f"{words.inertia_symbol} = {model.inertia_in_force:.4g} {words.inertia_unit}"
+    held = f"{len(model.support)} vectors, {inertia}{traced}{sigma}"
     facts.add_row("model", f"revision {model.revision}, iteration {model.iteration}, of {model.t:.1f} s")
     facts.add_row("", held)
     if model.trained_range is not None:
         rates = np.linspace(*model.trained_range, SHOWN_RATES)
         curve = model.model().predict(rates)
-        rows = (("rate rad/s", rates, 3), ("damping N m", curve.damping, 3), ("± N m", curve.sigma, 2))
+        rows = (
+            (f"rate {words.rate_unit}", rates, 3),
+            (f"damping {words.effort_unit}", curve.damping, 3),
+            (f"± {words.effort_unit}", curve.sigma, 2),
+        )
         for label, values, digits in rows:
-            facts.add_row(
-                "", f"{in_words_of(axis, label):<12s}" + "".join(f"{value:>10.{digits}g}" for value in values)
-            )
+            facts.add_row("", f"{label:<12s}" + "".join(f"{value:>10.{digits}g}" for value in values))
     names = [str(effect.get("effect", "?")) for effect in model.effects]
     if names:
         facts.add_row("effects", ", ".join(names))

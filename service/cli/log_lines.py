@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from service.wire import IterationReport, Learning
 
 
@@ -16,7 +16,8 @@ def iteration_line(report: IterationReport, axis: Axis = YAW) -> str:
     did = "nothing new"
     if report.trained:
         did = f"{counts['new']} new, {counts['forgotten']} forgotten, {counts['outliers']} out"
-    error = "" if report.progressive_mae is None else in_words_of(axis, f", error {report.progressive_mae:.3g} N m")
+    unit = words_of(axis).effort_unit
+    error = "" if report.progressive_mae is None else f", error {report.progressive_mae:.3g} {unit}"
     line = f"iteration {report.iteration}, {report.t:.0f} s: {did}, {counts['support']} vectors{error}"
     return line if report.change is None else f"{line}\n  {report.change}"
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from incsvr.checks import Finding
 from incsvr.plant.axes import Axis
+from incsvr.plant.words import words_of
 from service.recordings.recording import Recording
 
 SIGN = "sign"
@@ -30,12 +31,12 @@ class Cures:
     @staticmethod
     def of(recording: Recording) -> Cures:
         """For the log that a recording comes of."""
-        axis, places = recording.axis, recording.places
+        axis, places, words = recording.axis, recording.places, words_of(recording.axis)
         torque, rate = places.get("torque"), places.get("yaw_rate")
         scale = f"--column {axis.effort}=…*SCALE" if torque is None else _flag(axis.effort, _scaled(torque))
         if torque is None and rate is not None:  # thrusters make the torque, and no column holds it
-            return Cures(scale, f"`{_flag(axis.rate, _turned(rate))}` turns the yaw rate's")
-        return Cures(scale, f"`{_turning_torque(axis, torque)}` turns the torque's")
+            return Cures(scale, f"`{_flag(axis.rate, _turned(rate))}` turns the {words.rate}'s")
+        return Cures(scale, f"`{_turning_torque(axis, torque)}` turns the {words.effort}'s")
 
     @property
     def of_sign(self) -> str:

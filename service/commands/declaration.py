@@ -13,6 +13,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.apparent_inertia import ApparentInertia, apparent_inertia
 from incsvr.learning.torque_sign import DELAYS_S, torque_sign
 from incsvr.numerics import Array
+from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import TORQUE
 from incsvr.signals.settings import TorqueKind
 from incsvr.signals.smoothing import smooth
@@ -20,8 +21,8 @@ from service.commands.cures import Cures
 from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
-DOUBT_HEADLINE = "the declared inertia and the torque disagree by a factor, see the note"
-"""What a headline says of a declaration that is doubted."""
+DOUBT_HEADLINE = "the declared {inertia} and the {effort} disagree by a factor, see the note"
+"""What a headline says of a declaration that is doubted: a template of `AxisWords`."""
 PULSE_RANGE_US = (800.0, 2200.0)
 """A servo's pulse is between these [µs]."""
 NEUTRAL_PULSE_US = 1500.0
@@ -86,14 +87,14 @@ def judge_declaration(
     """
     for recording in (*runs, *unseen):
         _refuse_pulses(recording)
-    nothing, cures = Declaration(list(runs), list(unseen)), Cures.of(runs[0])
+    nothing, cures, words = Declaration(list(runs), list(unseen)), Cures.of(runs[0]), words_of(runs[0].axis)
     try:
         signals = signals_for(runs, inertia, runs[0].axis.fastest, torque)
         joined = sequence(runs)
         samples, _ = samples_of(joined, signals, None)
     except BadInput:  # too slow, too short or at rest: whoever learns or traces says so
         return nothing
-    found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia, cures))
+    found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia, cures, words))
     time, values = joined.streams()[TORQUE]
     counts = torque_sign(
         samples,
@@ -104,46 +105,46 @@ def judge_declaration(
         return found
     if counts.late or (assume_sign and counts.may_be_late):
         note = (
-            f"the torque acts {counts.delay:.2g} s after its stamps, and was shifted by this delay: unshifted, the "
-            "vehicle would seem to turn against its torque; check the clocks of the two streams, or the thrusters' "
-            "dead time"
+            f"the {words.effort} acts {counts.delay:.2g} s after its stamps, and was shifted by this delay: unshifted, "
+            f"the vehicle would seem to turn against its {words.effort}; check the clocks of the two streams, or the "
+            "thrusters' dead time"
         )
         on_time, unseen_on_time = ([_later(each, counts.delay) for each in of] for of in (runs, unseen))
         return replace(found, runs=on_time, unseen=unseen_on_time, note=note)
     if assume_sign:
-        known = "torque and yaw rate count in opposite directions, and no delay up to"
+        known = f"{words.effort} and {words.rate} count in opposite directions, and no delay up to"
         return replace(found, sign=f"{known} {DELAYS_S[-1]:g} s explains this; leave out --assume-sign to see the cure")
-    either = f", or the torque acts {counts.delay:.2g} s after its stamps" if counts.may_be_late else ""
-    opposite = f"torque and yaw rate count in opposite directions{either}"
+    either = f", or the {words.effort} acts {counts.delay:.2g} s after its stamps" if counts.may_be_late else ""
+    opposite = f"{words.effort} and {words.rate} count in opposite directions{either}"
     return replace(found, sign=f"{opposite}; turn the sign of one of them ({cures.of_sign})")
 
 
-def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures) -> str | None:
+def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures, words: AxisWords) -> str | None:
     """A sentence where the declared inertia [kg m²] and the torque do not fit each other by a factor."""
     if shown is None or not shown.contradicts(declared):
         return None
     asks = (
-        f"the declared inertia needs {shown.asked:.2g} times the torque in this log ({declared:.4g} kg m² declared, "
-        f"about {shown.middle:.2g} kg m² by the motion)"
+        f"the declared {words.inertia} needs {shown.asked:.2g} times the {words.effort} in this log ({declared:.4g} "
+        f"{words.inertia_unit} declared, about {shown.middle:.2g} {words.inertia_unit} by the motion)"
     )
-    unit, own = _unit(shown, declared), "declare the vehicle's own with --inertia"
+    unit, own = _unit(shown, declared, words.effort), "declare the vehicle's own with --inertia"
     if MILLISECOND_FACTORS[0] <= shown.middle / declared <= MILLISECOND_FACTORS[1]:
         return f"{asks}, as if stamps in milliseconds were read as seconds: give `--column t=t:ms`, or {own}"
     if unit is not None:
-        return f"{unit}: scale it with `{cures.scale}`; {asks}: if the torque is in N m, {own}"
-    return f"{asks}: check the inertia, or the torque's unit with `{cures.scale}`; {own}"
+        return f"{unit}: scale it with `{cures.scale}`; {asks}: if the {words.effort} is in {words.effort_unit}, {own}"
+    return f"{asks}: check the {words.inertia}, or the {words.effort}'s unit with `{cures.scale}`; {own}"
 
 
-def _unit(shown: ApparentInertia, declared: float) -> str | None:
+def _unit(shown: ApparentInertia, declared: float, effort: str) -> str | None:
     """What a torque that does not fit the inertia looks like, by the values that it has; None where like a torque."""
     reach = max(abs(shown.largest), abs(shown.smallest))
     too_small = declared > shown.middle
     if too_small and reach <= 1.0:
-        return "the torque looks like a share of full thrust (all within ±1)"
+        return f"the {effort} looks like a share of full thrust (all within ±1)"
     if not too_small and MIN_PER_CENT <= reach <= MAX_PER_CENT:
-        return f"the torque may be in per cent of full thrust (all within ±{MAX_PER_CENT:g})"
+        return f"the {effort} may be in per cent of full thrust (all within ±{MAX_PER_CENT:g})"
     if not too_small and MAX_PER_CENT < reach <= MAX_PULSE_OFFSET_US:
-        return f"the torque may be a servo's pulse minus its neutral, in µs (all within ±{MAX_PULSE_OFFSET_US:g})"
+        return f"the {effort} may be a servo's pulse minus its neutral, in µs (all within ±{MAX_PULSE_OFFSET_US:g})"
     return None
 
 
@@ -155,10 +156,11 @@ def _refuse_pulses(recording: Recording) -> None:
     low, high = float(torque.min()), float(torque.max())
     if not (PULSE_RANGE_US[0] <= low < NEUTRAL_PULSE_US < high <= PULSE_RANGE_US[1] and rate.min() < 0.0 < rate.max()):
         return
+    words = words_of(recording.axis)
     raise BadInput(
-        f"{recording.name}: the torque looks like a servo's pulse in µs ({low:.4g} to {high:.4g}, about "
-        f"{NEUTRAL_PULSE_US:g}): give the moment in N m instead, or describe the thrusters in a --config FILE "
-        "(inputs.thrusters)"
+        f"{recording.name}: the {words.effort} looks like a servo's pulse in µs ({low:.4g} to {high:.4g}, about "
+        f"{NEUTRAL_PULSE_US:g}): give the {words.moment} in {words.effort_unit} instead, or describe the thrusters in "
+        "a --config FILE (inputs.thrusters)"
     )
 
 

@@ -10,6 +10,7 @@ from incsvr.errors import BadInput
 from incsvr.free_run.motions import held_motions, motions
 from incsvr.free_run.output_error import InertiaEstimate, identify
 from incsvr.plant.body import Coupled
+from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress
 from service.config.configuration import Config
@@ -18,18 +19,19 @@ from service.recordings.samples_from_recording import signals_for
 
 ESTIMATE = "estimate"
 INERTIA_MISSING = (
-    "the inertia is not known; give --inertia I with the moment of inertia and its added mass in kg m² (from a model "
-    "of the hull, a pendulum test, or the maker), --inertia estimate to estimate it from these recordings if they are "
-    "open-loop runs, or --config FILE with vehicle.inertia"
+    "the {inertia} is not known; give --inertia I with the {moment_of_inertia} and its added mass in {inertia_unit} "
+    "(from a model of the hull, a pendulum test, or the maker), --inertia estimate to estimate it from these "
+    "recordings if they are open-loop runs, or --config FILE with vehicle.inertia"
 )
 ESTIMATE_LIMITS = (
-    "the estimate assumes a correct torque and open-loop runs: a thrust gain of g appears as I/g, a delay of the "
-    "thrusters as inertia"
+    "the estimate assumes a correct {effort} and open-loop runs: a thrust gain of g appears as I/g, a delay of the "
+    "thrusters as {inertia}"
 )
 CLOSED_LOOP_DOUBT = (
-    "closed loop: the torque reacts to disturbances of the yaw rate, so a free run cannot validate the estimated "
-    "inertia, which may be several percent off; declare the inertia, or record open-loop runs"
+    "closed loop: the {effort} reacts to disturbances of the {rate}, so a free run cannot validate the estimated "
+    "{inertia}, which may be several percent off; declare the {inertia}, or record open-loop runs"
 )
+"""Templates of `AxisWords`."""
 
 
 def inertia(
@@ -59,10 +61,10 @@ def inertia(
         return coupled.inertia, None
     if wanted is None:
         if config is None or not config.vehicle.inertia_said:
-            raise BadInput(INERTIA_MISSING)
+            raise BadInput(words_of(runs[0].axis).fill(INERTIA_MISSING))
         return config.vehicle.inertia, None
     if wanted != ESTIMATE:
-        return positive(wanted), None
+        return positive(wanted, words_of(runs[0].axis)), None
     signals = signals_for(runs, 1.0, runs[0].axis.fastest, torque)
     pieces = [motion for run in runs for motion in motions(run.streams(), signals.longest_pause)]
     if signals.torque == COMMANDED:
@@ -72,26 +74,34 @@ def inertia(
     return estimate.inertia, estimate
 
 
-def positive(given: str) -> float:
+def positive(given: str, words: AxisWords) -> float:
     """A number above zero; argparse would answer a word with its usage, not with one sentence."""
     try:
         value = float(given)
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value > 0.0):
-        raise BadInput(f"--inertia is {given}; give the moment of inertia in kg m², a positive number, or estimate")
+        what = f"the {words.moment_of_inertia} in {words.inertia_unit}"
+        raise BadInput(f"--inertia is {given}; give {what}, a positive number, or estimate")
     return value
 
 
-def estimate_in_result(estimate: InertiaEstimate | None, closed_loop: bool, remarks: Sequence[str]) -> dict[str, Any]:
+def estimate_in_result(
+    estimate: InertiaEstimate | None, closed_loop: bool, remarks: Sequence[str], words: AxisWords
+) -> dict[str, Any]:
     """What an estimate adds to the result of a fit; in closed loop the standard error would be none."""
     if estimate is None:
         return {}
     return {
         "inertia_standard_error": None if closed_loop else estimate.standard_error,
         "fit_free_run_rmse": estimate.rmse,
-        "remarks": [ESTIMATE_LIMITS, *([CLOSED_LOOP_DOUBT] if closed_loop else []), *remarks],
+        "remarks": [*estimate_remarks(closed_loop, words), *remarks],
     }
+
+
+def estimate_remarks(closed_loop: bool, words: AxisWords) -> list[str]:
+    """What is to be known of an inertia that was estimated."""
+    return [words.fill(each) for each in (ESTIMATE_LIMITS, *([CLOSED_LOOP_DOUBT] if closed_loop else []))]
 
 
 def doubt(estimate: InertiaEstimate, closed_loop: bool) -> str:

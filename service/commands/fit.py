@@ -15,6 +15,7 @@ from incsvr.learning.learner import Settings
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
+from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit, refuse_unwritable
@@ -132,7 +133,9 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
         of_body = config if coupled is None else _declared(config, inertia, coupled)
         _write(args, of_body.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
         words += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` continues with it"
-    result = fit.to_dict() | declared_inertia.estimate_in_result(estimate, fit.closed_loop, fit.remarks)
+    result = fit.to_dict() | declared_inertia.estimate_in_result(
+        estimate, fit.closed_loop, fit.remarks, words_of(fit.axis)
+    )
     result["remarks"] = [in_words_of(reading.axis, each) for each in result["remarks"]]
     if reading.axis != YAW:
         result |= {"axis": reading.axis.name}

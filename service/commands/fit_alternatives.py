@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from incsvr.learning.resolution import ResolutionFault, resolution_fault
+from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress
@@ -65,9 +66,10 @@ def proposal(
         return f"tried without gain: {', '.join(tried)}" if tried else "the streams are too slow for a narrower filter"
     was = "ran away" if before is None else f"was {before:.3g}"
     still = f"may still be off by {100.0 * best.share:.0f} %" if best.share > 0.0 else "is then right within 10 %"
+    unit = words_of(runs[0].axis).rate_unit
     return (
-        f"give {best.flag}: tried on {name}, the free run's error is {best.error:.3g} rad/s with it and {was} without, "
-        f"and the curve {still}"
+        f"give {best.flag}: tried on {name}, the free run's error is {best.error:.3g} {unit} with it and {was} "
+        f"without, and the curve {still}"
     )
 
 

@@ -8,6 +8,7 @@ from incsvr.checks import YOUNG_CURVE_BATCHES, Verdict
 from incsvr.errors import BadInput
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation
 from incsvr.learning.model import Model
+from incsvr.plant.words import words_of
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MEASURED
@@ -43,9 +44,9 @@ def of_a_command(
     if measured < batch:
         return None
     return BadInput(
-        f"{joined.name}: {count} damping samples, because the torque is declared a command: a sample needs one that is "
-        f"constant for {2.0 * signals.reach:.2g} s, which is rare here; without `--torque commanded` (signals.torque "
-        f"in a configuration) there are {measured}"
+        f"{joined.name}: {count} damping samples, because the {words_of(joined.axis).effort} is declared a command: a "
+        f"sample needs one that is constant for {2.0 * signals.reach:.2g} s, which is rare here; without `--torque "
+        f"commanded` (signals.torque in a configuration) there are {measured}"
     )
 
 

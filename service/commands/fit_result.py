@@ -18,8 +18,10 @@ from incsvr.learning.coefficients import Interval, coefficients, negative_drag
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.resolution import resolution_fault
+from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import Coupled
 from incsvr.plant.mass_and_coriolis import inertia_in_force
+from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.samples import Samples
 from service.cli.progress import progress
@@ -58,6 +60,7 @@ class Fit:
         closed_loop: whether the torque answers the yaw rate that the water makes.
         others: what the other velocities of the body are to it.
         inertia: in force: the declared one, or the traced one where that is among the effects [kg m²].
+        axis: the one whose damping is learned, of whose quantities the sentences speak.
     """
 
     name: str
@@ -76,6 +79,7 @@ class Fit:
     closed_loop: bool = False
     others: OtherVelocities = NO_OTHER_VELOCITIES
     inertia: float = 0.0
+    axis: Axis = YAW
 
     @staticmethod
     def of(
@@ -137,6 +141,7 @@ class Fit:
             torque_answers(undriven),
             others,
             inertia_in_force(signals.inertia, () if effects is None else effects.findings),
+            joined.axis,
         )
 
     @property
@@ -147,7 +152,9 @@ class Fit:
     @property
     def coefficient_notes(self) -> list[str]:
         """A sentence on each coefficient whose interval holds a negative drag."""
-        notes = (negative_drag(name, value.low, value.high) for name, value in self.coefficients.items())
+        words = words_of(self.axis)
+        named = zip((words.linear, words.quadratic), self.coefficients.values(), strict=True)
+        notes = (negative_drag(name, value.low, value.high) for name, value in named)
         return [note for note in notes if note is not None]
 
     def to_dict(self) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from incsvr.free_run.output_error import InertiaEstimate
+from incsvr.plant.words import words_of
 from service.commands import declared_inertia
 from service.commands.fit_result import Fit
 
@@ -14,24 +15,25 @@ def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
     )
     if fit.inertia != fit.signals.inertia:
         source = f", traced ({fit.signals.inertia:.4g} declared)"
-    signals, learner = fit.signals, fit.learner
+    signals, learner, words = fit.signals, fit.learner, words_of(fit.axis)
+    rate_unit, unit = words.rate_unit, words.effort_unit
+    of_estimate = declared_inertia.estimate_remarks(fit.closed_loop, words) if estimate else []
     left = fit.samples - (len(fit.iterations) + fit.put_aside) * learner.batch
     lines = [
         f"recordings  {fit.name}: {fit.samples} samples, {len(fit.iterations)} batches of {learner.batch}, "
         f"{left} left over" + f", {fit.put_aside} batches put aside" * bool(fit.put_aside),
-        f"vehicle     I = {fit.inertia:.4g} kg m²{source}; |r| ≤ {learner.rate_range[1]:.3g} rad/s",
+        f"vehicle     {words.inertia_symbol} = {fit.inertia:.4g} {words.inertia_unit}{source}; |{words.symbol}| ≤ "
+        f"{learner.rate_range[1]:.3g} {rate_unit}",
         f"signals     a sample every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s",
-        f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} s²/rad², C = {learner.C:.3g} N m, "
-        f"ε = {learner.epsilon:.2g} N m",
-        *([f"inputs      {', '.join(('yaw_rate', *learner.others))}"] if learner.others else []),
+        f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} {words.kernel_unit}, C = {learner.C:.3g} "
+        f"{unit}, ε = {learner.epsilon:.2g} {unit}",
+        *([f"inputs      {', '.join((fit.axis.rate, *learner.others))}"] if learner.others else []),
         *([f"effects     {', '.join(fit.effects)}"] if fit.effects else []),
-        *([f"remark      {declared_inertia.ESTIMATE_LIMITS}"] if estimate else []),
-        *([f"remark      {declared_inertia.CLOSED_LOOP_DOUBT}"] if estimate and fit.closed_loop else []),
-        *(f"remark      {remark}" for remark in fit.remarks),
+        *(f"remark      {remark}" for remark in (*of_estimate, *fit.remarks)),
         *(f"refused     {count} messages: {reason}" for reason, count in fit.rejected.items()),
         "",
         "iteration   until s   vectors   batch, before learning it" + ("   unseen runs" * bool(fit.errors)),
-        "                                MAE N m" + "                     MAE, RMSE N m" * bool(fit.errors),
+        f"                                MAE {unit}" + f"                     MAE, RMSE {unit}" * bool(fit.errors),
     ]
     for k, iteration in enumerate(fit.iterations):
         before = "–" if iteration.progressive_mae is None else f"{iteration.progressive_mae:.3g}"
@@ -43,19 +45,20 @@ def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
         )
     final = fit.errors[-1] if fit.errors else None
     if final is not None:
-        ran = "runs away" if fit.free_run_rmse is None else f"RMSE {fit.free_run_rmse:.4f} rad/s"
+        ran = "runs away" if fit.free_run_rmse is None else f"RMSE {fit.free_run_rmse:.4f} {rate_unit}"
         lines += [
             "",
-            f"on {fit.validated_on}: MAE {final.mae:.3g} N m, RMSE {final.rmse:.3g} N m; free run {ran}",
+            f"on {fit.validated_on}: MAE {final.mae:.3g} {unit}, RMSE {final.rmse:.3g} {unit}; free run {ran}",
         ]
     return "\n".join([*lines, "", *_coefficients(fit)])
 
 
 def _coefficients(fit: Fit) -> list[str]:
     """The textbook's two, with what is to be known of them."""
-    units = ("N m s/rad", "N m s²/rad²")
+    words = words_of(fit.axis)
+    units = (words.linear_unit, words.quadratic_unit)
     told = [
         f"{name} = {value.estimate:.3g} ({value.low:.3g} to {value.high:.3g}) {unit}"
-        for (name, value), unit in zip(fit.coefficients.items(), units, strict=True)
+        for name, value, unit in zip((words.linear, words.quadratic), fit.coefficients.values(), units, strict=True)
     ]
     return [f"damping     {', '.join(told)}", *(f"            {note}" for note in fit.coefficient_notes)]

@@ -11,7 +11,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from service import wire
 from service.bus.client import Client, bus_client
 from service.cli.output import emit
@@ -64,10 +64,12 @@ def _without_plan(client: Client, seconds: float | None, axis: Axis) -> tuple[Fo
     """
     health = client.ask(client.keys.health, Health)
     torque, rate = (health.streams.get(name, StreamHealth()) for name in ("torque", "yaw_rate"))
-    heard = in_words_of(axis, "the gyro works" if axis is YAW else "the yaw rate arrives")
+    words = words_of(axis)
+    heard = "the gyro works" if axis is YAW else f"the {words.rate} arrives"
     note = f"{heard}: give --torque for a plan, such as --torque 20 --seconds 10"
     if seconds is not None and torque.value is not None:
-        held = in_words_of(axis, f"under the present torque, {torque.value:.4g} N m, constant for {seconds:g} s")
+        now = f"{torque.value:.4g} {words.effort_unit}"
+        held = f"under the present {words.effort}, {now}, constant for {seconds:g} s"
         return _constant(torque.value, seconds), held
     believed = health.learning.state != "paused"
     return None, note if believed and rate.age_s is not None and rate.age_s <= MIN_SILENCE_S else None
@@ -75,10 +77,11 @@ def _without_plan(client: Client, seconds: float | None, axis: Axis) -> tuple[Fo
 
 def text(reply: ForecastReply, axis: Axis = YAW) -> str:
     """The answer for people."""
+    words = words_of(axis)
     lines = [
-        in_words_of(axis, f"last measurement: {reply.measured:.4g} rad/s at {reply.since:.10g} s; intervals of 95 %"),
+        f"last measurement: {reply.measured:.4g} {words.rate_unit} at {reply.since:.10g} s; intervals of 95 %",
         "",
-        in_words_of(axis, "   after s   yaw rate rad/s   from        to          heading turned rad   from        to"),
+        f"   after s   {words.rate} {words.rate_unit}   from        to          heading turned rad   from        to",
     ]
     shown = min(SHOWN_ROWS, max(2, round((reply.t[-1] - reply.since) / MIN_ROW_GAP_S)))
     rows = np.unique(np.linspace(0, len(reply.t) - 1, shown).round().astype(int)).tolist()

@@ -18,6 +18,7 @@ from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
 from incsvr.plant.mass_and_coriolis import mass_matrix
+from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import TORQUE as TORQUE_STREAM
 from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import decoupled_streams
@@ -34,9 +35,10 @@ MASS_MATRIX_HELP = (
 )
 
 EFFECTS_OF_REMAINDER = (
-    "Coriolis and coupling moments are subtracted from the torque before tracing, so that effects of the thrust are "
+    "Coriolis and coupling moments are subtracted from the {effort} before tracing, so that effects of the thrust are "
     "sought in the remainder; the axis's own velocity is used as measured"
 )
+"""A template of `AxisWords`."""
 BODY_PARTS = (CORIOLIS, COUPLED_INERTIA, RESTORING)
 VELOCITIES_CURE = "give --mass-matrix, learn over them with --inputs, or let `incsvr trace` find their effects"
 
@@ -75,7 +77,7 @@ class OtherVelocities:
         share = {name: root_mean_square(part) / torque if torque > 0.0 else 0.0 for name, part in parts.items()}
         used = ", ".join(f"channel {name}" for name in (*coupled.velocities, *coupled.angles)) or "no other velocity"
         taken = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in share.items())
-        remarks = [f"the mass matrix is used with {used}; parts of the torque's RMS: {taken}"]
+        remarks = [f"the mass matrix is used with {used}; parts of the {words_of(coupled.axis).effort}'s RMS: {taken}"]
         if coupled.missing:
             unknown = ", ".join(f"channel {name}" for name in coupled.missing)
             remarks.append(f"assumed zero, because they are not recorded: {unknown}")
@@ -161,7 +163,7 @@ def freed_recordings(
         left.append(values)
     joined = {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}
     told = OtherVelocities.of_parts(coupled, joined, np.concatenate(left))
-    return freed_of, joined, replace(told, remarks=(*told.remarks, EFFECTS_OF_REMAINDER))
+    return freed_of, joined, replace(told, remarks=(*told.remarks, words_of(coupled.axis).fill(EFFECTS_OF_REMAINDER)))
 
 
 def coupling_sentence(joined: Recording, samples: Samples, signals: SignalSettings) -> str | None:
@@ -175,7 +177,7 @@ def coupling_sentence(joined: Recording, samples: Samples, signals: SignalSettin
         )
         motion[name] = filtered.value, filtered.slope
     found = neglected_terms(joined.axis, samples.yaw_rate, samples.damping, samples.raw[TORQUE], motion)
-    return None if found is None else _sentence(found)
+    return None if found is None else _sentence(found, words_of(joined.axis))
 
 
 def coupling_of_recordings(recordings: Sequence[Recording], inertia: float) -> str | None:
@@ -191,11 +193,12 @@ def coupling_of_recordings(recordings: Sequence[Recording], inertia: float) -> s
     return coupling_sentence(joined, samples, signals)
 
 
-def _sentence(found: NeglectedTerms) -> str:
+def _sentence(found: NeglectedTerms, words: AxisWords) -> str:
     take = "takes" if len(found.terms) == 1 else "take"
     return (
-        f"the axis is coupled to others: {', '.join(found.terms)} {take} about {found.rms:.3g} N m (RMS), "
-        f"{100.0 * found.share:.0f} % of the torque's {found.torque:.3g} N m, which Eq. 5 of one axis counts as damping"
+        f"the axis is coupled to others: {', '.join(found.terms)} {take} about {found.rms:.3g} {words.effort_unit} "
+        f"(RMS), {100.0 * found.share:.0f} % of the {words.effort}'s {found.torque:.3g} {words.effort_unit}, which Eq. "
+        "5 of one axis counts as damping"
     )
 
 

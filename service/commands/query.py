@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from service.bus.client import bus_client
 from service.cli.output import emit
 from service.commands.arguments import add_question_arguments
@@ -36,21 +36,21 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-HEADS = (("yaw rate [rad/s]", 16), ("damping [N m]", 13), ("± sigma [N m]", 13))
-"""Heads of the columns, and their least widths in characters."""
-DERIVATIVE_HEAD = ("derivative [N m s/rad]", 22)
+HEADS = (("{rate} [{rate_unit}]", 16), ("damping [{effort_unit}]", 13), ("± sigma [{effort_unit}]", 13))
+"""Heads of the columns, templates of `AxisWords`, and their least widths in characters."""
+DERIVATIVE_HEAD = ("derivative [{linear_unit}]", 22)
 """The same of the damping's derivative, where the learner gives it."""
 
 
-def velocities(words: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dict[str, list[float]]]:
+def velocities(given: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dict[str, list[float]]]:
     """The own velocities of a command line, and further ones by name.
 
     Raises:
         BadInput: a word is no finite number and names none.
     """
-    rates: list[float] = []
+    words, rates = words_of(axis), list[float]()
     others: dict[str, list[float]] = {}
-    for word in words:
+    for word in given:
         name, equals, text = word.rpartition("=")
         own = not equals or name in ("rate", axis.rate)
         for part in text.split(","):
@@ -59,12 +59,12 @@ def velocities(words: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dic
             except ValueError:
                 value = math.nan
             if not math.isfinite(value):
-                what = "yaw rate" if own else f"value of channel {name}"
-                unit = " in rad/s" if own else ""
-                raise BadInput(in_words_of(axis, f"{part} is no {what}; give finite numbers{unit}"))
+                what = words.rate if own else f"value of channel {name}"
+                unit = f" in {words.rate_unit}" if own else ""
+                raise BadInput(f"{part} is no {what}; give finite numbers{unit}")
             (rates if own else others.setdefault(name, [])).append(value)
     if not rates:
-        raise BadInput(in_words_of(axis, f"give a yaw rate beside {next(iter(others))}, such as 0.1 in rad/s"))
+        raise BadInput(f"give a {words.rate} beside {next(iter(others))}, such as 0.1 in {words.rate_unit}")
     return rates, others
 
 
@@ -94,25 +94,24 @@ def not_learned(reply: DampingReply, learned: tuple[float, float] | None, axis: 
     foreign = [rate for rate, beyond in zip(reply.rate, reply.extrapolated, strict=True) if beyond]
     if not foreign:
         return None
-    known = ""
+    known, unit = "", words_of(axis).rate_unit
     if learned is not None:
         low, high = learned
         over, under = max(foreign) > high, min(foreign) < low
         ends = f"up to {high:.3g}" if over and not under else f"down to {low:.3g}" if under and not over else ""
-        known = f" ({ends or f'{low:.3g} to {high:.3g}'} rad/s"
+        known = f" ({ends or f'{low:.3g} to {high:.3g}'} {unit}"
         inside = "" if over or under else ", with gaps" if not reply.others else ", among other velocities"
-        known = in_words_of(axis, f"{known}{inside})")
-    some = "" if len(foreign) == len(reply.rate) else f": {', '.join(f'{rate:g}' for rate in foreign)} rad/s"
-    some = in_words_of(axis, some)
+        known = f"{known}{inside})"
+    some = "" if len(foreign) == len(reply.rate) else f": {', '.join(f'{rate:g}' for rate in foreign)} {unit}"
     return f"not learned there{known}{some}"
 
 
 def table(reply: DampingReply, axis: Axis = YAW) -> str:
     """The answer for people."""
-    heads = [(in_words_of(axis, head), width) for head, width in HEADS]
+    heads = [(words_of(axis).fill(head), width) for head, width in HEADS]
     heads[1:1] = [(name, 10) for name in reply.others]
     if reply.derivative:
-        heads.append((in_words_of(axis, DERIVATIVE_HEAD[0]), DERIVATIVE_HEAD[1]))
+        heads.append((words_of(axis).fill(DERIVATIVE_HEAD[0]), DERIVATIVE_HEAD[1]))
     lines = ["   ".join(f"{head:>{width}s}" for head, width in heads)]
     velocities_asked = zip(reply.rate, *reply.others.values(), strict=True)
     moments = [each for each in (reply.damping, reply.sigma, reply.derivative) if each]

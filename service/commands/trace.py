@@ -12,11 +12,12 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run, distinct
-from incsvr.tracing.sentences import advised, headline
+from incsvr.tracing.sentences import headline
 from service.cli.output import add_json_argument, destination, emit
 from service.cli.progress import progress
 from service.commands import declared_inertia, other_velocities
@@ -62,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     axis, found, result = answer(args)
-    words = in_words_of(axis, text(found))
+    words = text(found)
     try:
         if args.manoeuvre is not None:
             words += f"\n  {next_manoeuvre(found.effects, args.manoeuvre)}"
@@ -82,7 +83,7 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
         found, others, parts = _traced(args, reading, config)
     except BadInput as error:
         raise BadInput(in_words_of(axis, str(error))) from None
-    told = {"headline": in_words_of(axis, headline(found)), **found.to_dict(), "axis": axis.name, **others.to_dict()}
+    told = {"headline": headline(found), **found.to_dict(), "axis": axis.name, **others.to_dict()}
     told |= {"parts": [part.to_dict() for part in parts]} if parts else {}
     return axis, found, told
 
@@ -101,18 +102,19 @@ def _traced(
         recordings, parts, others = other_velocities.freed_recordings(coupled, recordings)
     asked = (inertia, args.torque, reading.rate_limit, args.assume_sign)
     found = trace_recordings(recordings[:fitted], recordings[fitted:], *asked)
-    after = after_steps(
-        found, recordings[:fitted], lambda part: trace_recordings(part, [], *asked).in_terms_of(reading.axis)
-    )
+    after = after_steps(found, recordings[:fitted], lambda part: trace_recordings(part, [], *asked))
     if estimate is not None:
+        words = words_of(reading.axis)
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")
         how = (
-            f"the inertia is estimated by output error, {inertia:.4g}{doubt} kg m²: {declared_inertia.ESTIMATE_LIMITS}"
+            f"the {words.inertia} is estimated by output error, {inertia:.4g}{doubt} {words.inertia_unit}: "
+            f"{words.fill(declared_inertia.ESTIMATE_LIMITS)}"
         )
         found = replace(found, notes=(how, *found.notes))
     pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
     notes = (*(part.sentence for part in after), *others.remarks, *found.notes)
-    return replace(found, notes=notes, pictures=pictures).in_terms_of(reading.axis), others, after
+    notes, doubts = (tuple(in_words_of(reading.axis, each) for each in of) for of in (notes, found.doubts))
+    return replace(found, notes=notes, doubts=doubts, pictures=pictures), others, after
 
 
 def trace_recordings(
@@ -154,9 +156,8 @@ def trace_recordings(
     beside = (*declaration.sentences, *found.notes, *(() if others is None else (others,)))
     return replace(
         found,
-        effects=tuple(advised(finding) for finding in found.effects),
         notes=(*beside, *sensor_notes(recordings, sensors, found.verdict != "none")),
-        doubts=(*found.doubts, *(() if doubt is None else (DOUBT_HEADLINE,))),
+        doubts=(*found.doubts, *(() if doubt is None else (words_of(fitted[0].axis).fill(DOUBT_HEADLINE),))),
     )
 
 

@@ -12,6 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.resolution import resolution_fault
 from incsvr.learning.sensors import Sensors, examine
 from incsvr.plant.axes import YAW, products
+from incsvr.plant.words import words_of
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import MEASURED
@@ -109,8 +110,10 @@ def _slow_torque(recording: Recording, inertia: float) -> str | None:
     quick = resolution_fault(samples, signals.smoothing)
     if quick is None:
         return None
+    words = words_of(recording.axis)
     return (
-        f"the torque is sampled every {quick.torque_period:.2g} s, too seldom for this vehicle: linear interpolation "
-        f"between its messages makes the curve about {100.0 * quick.share:.0f} % at {quick.rate:.2g} rad/s; that "
-        f"nothing is found proves nothing here, log the torque every {quick.yaw_rate_period:.2g} s"
+        f"the {words.effort} is sampled every {quick.torque_period:.2g} s, too seldom for this vehicle: linear "
+        f"interpolation between its messages makes the curve about {100.0 * quick.share:.0f} % at {quick.rate:.2g} "
+        f"{words.rate_unit}; that nothing is found proves nothing here, log the {words.effort} every "
+        f"{quick.yaw_rate_period:.2g} s"
     )

@@ -6,14 +6,20 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from incsvr.plant.words import words_of
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.sentences import chance, headline
 
 
 def text(trace: Trace) -> str:
     """The findings for people."""
-    traced = "" if trace.inertia_in_force == trace.inertia else f" ({trace.inertia_in_force:.3g} kg m² in use)"
-    lines = [f"declared inertia {trace.inertia:g} kg m²{traced}: {headline(trace)}"]
+    words = words_of(trace.axis)
+    traced = (
+        ""
+        if trace.inertia_in_force == trace.inertia
+        else f" ({trace.inertia_in_force:.3g} {words.inertia_unit} in use)"
+    )
+    lines = [f"declared {words.inertia} {trace.inertia:g} {words.inertia_unit}{traced}: {headline(trace)}"]
     for finding in trace.effects:
         lines.append(f"  {finding.sentence}")
         if finding.cannot_tell_from:
@@ -27,20 +33,21 @@ def text(trace: Trace) -> str:
         "the validation recordings" if error["validated_on"] == "recordings" else "held-out pieces of the recordings"
     )
     lines.append(f"  on {where}:            before       after    change (95 %)")
-    for key, unit in (("torque_rmse", "N m"), ("free_run_rmse", "rad/s")):
+    for key, unit in (("torque_rmse", words.effort_unit), ("free_run_rmse", words.rate_unit)):
         change = error["change"][key]
         lines.append(
             f"    {key:14s} [{unit:5s}]   {_figure(error['before'][key]):>10s}  {_figure(error['after'][key]):>10s}    "
             f"{_change(change['estimate'])} ({_change(change['low'])} to {_change(change['high'])})"
         )
-    lines += _beside(error, trace.model.scale)
+    lines += _beside(error, trace.model.scale, words.rate_unit)
     if trace.effects or trace.loop == "closed":
         lines.append(f"  {_proof(trace)}")
-    lines.append(f"    noise floor of the torque {_figure(error['floor']['torque_rmse'])} N m")
+    lines.append(f"    noise floor of the {words.effort} {_figure(error['floor']['torque_rmse'])} {words.effort_unit}")
     left = error["disturbance"]
-    share = f"{100.0 * left['share_of_torque']:.1f} % of the torque, " if "share_of_torque" in left else ""
+    share = f"{100.0 * left['share_of_torque']:.1f} % of the {words.effort}, " if "share_of_torque" in left else ""
     lines.append(
-        f"    residual: {left['torque_rmse']:.3g} N m (RMS), {share}correlated over {left['correlation_time_s']:.2g} s"
+        f"    residual: {left['torque_rmse']:.3g} {words.effort_unit} (RMS), {share}correlated over "
+        f"{left['correlation_time_s']:.2g} s"
     )
     lines += [f"  not added: {r.effect}: {r.reason}" for r in trace.rejected if "free run" in r.reason]
     lines += [f"  ignored channel {name}: {reason}" for name, reason in trace.ignored_channels.items()]
@@ -48,13 +55,13 @@ def text(trace: Trace) -> str:
     return "\n".join(lines)
 
 
-def _beside(error: Mapping[str, Any], scale: float) -> list[str]:
+def _beside(error: Mapping[str, Any], scale: float, unit: str) -> list[str]:
     """The trivial models, and the errors a few time scales ahead, each of so many seconds."""
     zero, hold = (_figure(error["trivial"][name]["free_run_rmse"]) for name in ("zero", "hold"))
-    lines = [f"    for comparison [rad/s]: zero rate {zero}, first rate held {hold}"]
+    lines = [f"    for comparison [{unit}]: zero rate {zero}, first rate held {hold}"]
     for horizon, errors in error["horizons"].items():
         said = ", ".join(f"{name} {_figure(errors[name])}" for name in ("before", "after", "hold", "zero"))
-        lines.append(f"    {horizon:>4s} time scales ({float(horizon) * scale:.2g} s) ahead [rad/s]: {said}")
+        lines.append(f"    {horizon:>4s} time scales ({float(horizon) * scale:.2g} s) ahead [{unit}]: {said}")
     return lines
 
 
@@ -72,8 +79,9 @@ def _proof(trace: Trace) -> str:
         return "not proven: the error of the free run exceeds that of a zero rate"
     better = "significantly lower" if trace.proven else "not significantly lower"
     if trace.loop == "closed":
+        effort = words_of(trace.axis).effort
         return (
-            "closed loop: a free run proves nothing, because the torque reacts to disturbances; the error of the "
-            f"predicted torque on unseen data is {better}"
+            f"closed loop: a free run proves nothing, because the {effort} reacts to disturbances; the error of the "
+            f"predicted {effort} on unseen data is {better}"
         )
     return f"open loop: the error of the free run on unseen data is {better}"

@@ -93,7 +93,7 @@ def _trace(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
 def _trace_stretch(job: Mapping[str, Any], streams: Streams, since: float) -> dict[str, Any]:
     axis = AXES[job["axis"]]
     run = replace(as_run(streams), rate_name=axis.rate, rate_limit=job.get("rate_limit"))
-    return trace([run], inertia=job["inertia"], torque=job.get("torque")).in_terms_of(axis).to_dict() | {"since": since}
+    return trace([run], inertia=job["inertia"], torque=job.get("torque")).to_dict() | {"since": since}
 
 
 def _usable(found: Mapping[str, Any]) -> bool:

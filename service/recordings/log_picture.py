@@ -6,6 +6,7 @@ import argparse
 from dataclasses import replace
 
 from incsvr.errors import BadInput
+from incsvr.plant.words import words_of
 from service.cli.progress import progress
 from service.commands.declared_inertia import inertia
 from service.config.configuration import Config
@@ -15,7 +16,8 @@ from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 
-ASK_INERTIA = "No damping samples without the inertia: --inertia I [kg m²], or --inertia estimate."
+ASK_INERTIA = "No damping samples without the {inertia}: --inertia I [{inertia_unit}], or --inertia estimate."
+"""What asks for the inertia: a template of `AxisWords`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +38,7 @@ def picture(args: argparse.Namespace) -> LogPicture:
     bare = LogPicture(recording.name, reading.axis, streams, None, 0, recording.notes)
     of_file = config if args.config else None
     if args.inertia is None and (of_file is None or not of_file.vehicle.inertia_said):
-        return replace(bare, remarks=(*bare.remarks, ASK_INERTIA))
+        return replace(bare, remarks=(*bare.remarks, words_of(bare.axis).fill(ASK_INERTIA)))
     try:
         return _with_samples(bare, args, of_file, reading.of_one(args.recording))
     except BadInput as error:
@@ -47,13 +49,14 @@ def _with_samples(
     bare: LogPicture, args: argparse.Namespace, config: Config | None, recording: Recording
 ) -> LogPicture:
     """The picture with the samples that are learned from."""
+    words = words_of(bare.axis)
     declared, estimate = inertia(args.inertia, config, [recording])
     signals = signals_for([recording], declared, recording.axis.fastest, None)
     with progress("making samples"):
         samples, _ = samples_of(recording, signals, None)
     remarks = (
         f"{len(samples)} samples, one every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s, "
-        f"with I = {declared:.4g} kg m²{' (estimated)' if estimate else ''}.",
+        f"with {words.inertia_symbol} = {declared:.4g} {words.inertia_unit}{' (estimated)' if estimate else ''}.",
     )
     batch = learner_for(samples).batch
     notes = dict.fromkeys((*remarks, *bare.remarks, *recording.notes))

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from PIL import Image, ImageFont
 
 from incsvr.plant.axes import AXES
-from viewer.axes import Axes, Entry, NumberedAxis, axis_for, even_axis
+from incsvr.plant.words import words_of
+from viewer.axes import Axes, NumberedAxis, axis_for, even_axis
+from viewer.learning import DAMPING, RATE
 from viewer.painter import SHARP
 from viewer.palette import DARK, LIGHT, Colour, Palette
 
@@ -89,13 +91,8 @@ def test_the_native_plots_are_read_in_both_themes(ground: Colour) -> None:
         assert contrast(getattr(LIGHT, name), ground) >= 3.0, name
 
 
-def test_labels_and_legend_are_in_the_words_of_the_vehicles_axis() -> None:
-    left, right = even_axis(0.2, "Yaw rate [rad/s]"), even_axis(60.0, "Torque [N m]")
-    entries = ((Entry("line", LIGHT.old, "Yaw rate, left"), Entry("dashes", LIGHT.before, "Torque, right")),)
-    axes = Axes(axis_for(-60.0, 0.0, "Time [s]"), left, 1000, 425, legend=entries, y_right=right)
-    told = axes.in_words_of(AXES["surge"])
-    assert (told.y.label, told.x.label) == ("Surge velocity [m/s]", "Time [s]")
-    assert told.y_right is not None
-    assert told.y_right.label == "Force [N]"
-    assert [entry.text for entry in told.legend[0]] == ["Surge velocity, left", "Force, right"]
-    assert axes.in_words_of(AXES["yaw"]) == axes
+def test_labels_are_in_the_words_of_the_vehicles_axis() -> None:
+    labels = {name: [words_of(axis).fill(each) for each in (RATE, DAMPING)] for name, axis in AXES.items()}
+    assert labels["yaw"] == ["Yaw rate [rad/s]", "Damping moment [N m]"]
+    assert labels["roll"] == ["Roll rate [rad/s]", "Damping moment [N m]"]
+    assert labels["surge"] == ["Surge velocity [m/s]", "Damping force [N]"]

@@ -14,7 +14,7 @@ import zenoh
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from service.bus.session import answer, open_session
 from service.wire import (
     EffectsLedger,
@@ -39,20 +39,20 @@ BEYOND_SHARE = 0.1
 MAX_SEARCHED_ITERATIONS = 100
 """Iterations that are looked through for what the learner noticed."""
 WORDS = {
-    "title": "Yaw damping",
-    "curve": "Damping moment over yaw rate",
-    "rate": "yaw rate",
-    "torque": "torque",
-    "rate_unit": "rad/s",
-    "torque_unit": "N m",
-    "inertia": "I = ",
-    "inertia_unit": "kg m²",
-    "linear": "N_r, linear",
-    "linear_unit": "N m s/rad",
-    "quadratic": "N_r|r|, quadratic",
-    "quadratic_unit": "N m s²/rad²",
+    "title": "{title} damping",
+    "curve": "Damping {moment} over {rate}",
+    "rate": "{rate}",
+    "torque": "{effort}",
+    "rate_unit": "{rate_unit}",
+    "torque_unit": "{effort_unit}",
+    "inertia": "{inertia_symbol} = ",
+    "inertia_unit": "{inertia_unit}",
+    "linear": "{linear}, linear",
+    "linear_unit": "{linear_unit}",
+    "quadratic": "{quadratic}, quadratic",
+    "quadratic_unit": "{quadratic_unit}",
 }
-"""What the page calls quantities and their units, of yaw."""
+"""What the page calls quantities and their units: templates of `AxisWords`."""
 NOTHING_LEARNED: Mapping[str, Any] = {"model": None, "changes": []}
 """What is shown before anything was learned."""
 NORMAL_95 = 1.96
@@ -64,7 +64,7 @@ class Learner:
 
     def __init__(self, config: zenoh.Config, where: str, prefix: str, recordings: Recordings, axis: Axis = YAW) -> None:
         self._axis = axis
-        self.words = {key: in_words_of(axis, text) for key, text in WORDS.items()}
+        self.words = {key: words_of(axis).fill(text) for key, text in WORDS.items()}
         self._config, self._where, self._keys, self._recordings = config, where, Keys(prefix), recordings
         self._session: zenoh.Session | None = None
         self._lock = threading.Lock()
@@ -165,7 +165,7 @@ def curve(snapshot: ModelSnapshot, axis: Axis = YAW) -> Mapping[str, Any]:
     low, high = model.trained_range or (0.0, 0.0)
     beyond = BEYOND_SHARE * (high - low)
     rate = np.linspace(low - beyond, high + beyond, CURVE_RATES)
-    drawn, known = model.predict(rate), coefficients(model)
+    drawn, known, words = model.predict(rate), coefficients(model), words_of(axis)
     return {
         "revision": snapshot.revision,
         "iteration": snapshot.iteration,
@@ -181,8 +181,8 @@ def curve(snapshot: ModelSnapshot, axis: Axis = YAW) -> Mapping[str, Any]:
         "support": {"rate": snapshot.support.rate, "damping": snapshot.support.damping},
         "coefficients": {name: value._asdict() for name, value in known.items()},
         "coefficient_notes": [
-            in_words_of(axis, note)
-            for name, value in known.items()
+            note
+            for name, value in zip((words.linear, words.quadratic), known.values(), strict=True)
             if (note := negative_drag(name, value.low, value.high)) is not None
         ],
     }

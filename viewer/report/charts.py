@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import DECLARED_INERTIA
+from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
 from incsvr.tracing.findings import Pictures
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel
@@ -18,19 +18,19 @@ from viewer.report.damping_chart import Curve, damping_chart
 from viewer.report.drawing import AFTER, BEFORE, MEASURED, PARTS, binned, edges, line, svg
 
 UNITS = {
-    "yaw_rate": "yaw rate r [rad/s]",
-    "torque": "torque τ [N m]",
+    "yaw_rate": "{rate} {symbol} [{rate_unit}]",
+    "torque": "{effort} τ [{effort_unit}]",
     "heading": "heading ψ [rad]",
     "time": "time t [s]",
 }
 HINTS = {
     "yaw_rate": "A bend or a slope: the damping has another shape. A step at zero: dry friction.",
-    "torque": "A slope: thrust or inertia is another than declared. A step at zero: a dead zone. Ends that bend: "
+    "torque": "A slope: thrust or {inertia} is another than declared. A step at zero: a dead zone. Ends that bend: "
     "saturation. Another slope to each side: weak reverse thrust.",
     "heading": "One wave in a turn: a current. Two: a Munk moment. A straight line: a tether.",
     "time": "A slope: something drifts. A step: something changed at that instant.",
 }
-OF_CHANNEL = "A slope: the channel makes a moment of its own. Wider shading to one side: it scales thrust or damping."
+OF_CHANNEL = "A slope: the channel makes a {moment} of its own. Wider shading to one side: it scales thrust or damping."
 """How the residual over any other channel is read."""
 MIN_VISIBLE_SHARE = 0.3
 """Smallest line that is drawn, in a residual's deviation: less is hidden by the shaded half of the samples."""
@@ -60,6 +60,7 @@ def told_apart(depends: Mapping[str, Array], before: Array, after: Array) -> tup
 
 def residual_against(name: str, x: Array, before: Array, after: Array, axis: Axis = YAW) -> str:
     """Median residual over bins of a quantity, with the middle half of the samples shaded."""
+    words = words_of(axis)
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
@@ -73,16 +74,16 @@ def residual_against(name: str, x: Array, before: Array, after: Array, axis: Axi
         # one scale for all panels, so that they can be compared
         reach = 1.1 * float(np.quantile(np.abs(np.concatenate([before, after])), 0.95))
         axes.set_ylim(-reach, reach)
-        axes.set_xlabel(in_words_of(axis, UNITS[name]) if name in UNITS else name.replace("_", " "))
-        axes.set_ylabel(in_words_of(axis, "residual [N m]"))
+        axes.set_xlabel(words.fill(UNITS[name]) if name in UNITS else name.replace("_", " "))
+        axes.set_ylabel(f"residual [{words.effort_unit}]")
         axes.legend(loc="best", ncols=2, handlelength=2.2)
 
     return svg(draw, 3.4, 2.4)
 
 
-def hint(name: str) -> str:
+def hint(name: str, words: AxisWords = YAW_WORDS) -> str:
     """How to read the residual over a quantity."""
-    return HINTS.get(name, OF_CHANNEL)
+    return words.fill(HINTS.get(name, OF_CHANNEL))
 
 
 def free_runs(before: Errors, after: Errors, scale: float, axis: Axis = YAW) -> list[str]:
@@ -110,7 +111,7 @@ def draw_free_run(figure: Figure, before: Errors, after: Errors, k: int, scale: 
         label = "before" if number == 0 else None
         line(axes, time, simulated, color=BEFORE, linestyle="--", linewidth=1.3, label=label)
     line(axes, after.time[k][here], after.simulated[k][here], color=AFTER, linewidth=1.5, label="after")
-    axes.set_ylabel(in_words_of(axis, "yaw rate r [rad/s]"))
+    axes.set_ylabel(words_of(axis).fill(UNITS["yaw_rate"]))
     axes.set_xlabel("time t [s]")
     axes.margins(x=0.01)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=3)
@@ -151,7 +152,7 @@ def torque_split(parts: Mapping[str, Array], axis: Axis = YAW) -> str:
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
-        names = [in_words_of(axis, name) if name == DECLARED_INERTIA else name for name in size]
+        names = [f"declared {words_of(axis).inertia}" if name == DECLARED_INERTIA else name for name in size]
         axes.barh(names, list(size.values()), color=[PARTS[k % len(PARTS)] for k in range(len(names))], height=0.62)
         largest = max(size.values())
         for row, value in enumerate(size.values()):
@@ -159,6 +160,6 @@ def torque_split(parts: Mapping[str, Array], axis: Axis = YAW) -> str:
         axes.set_xlim(0.0, 1.14 * largest)
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
-        axes.set_xlabel(in_words_of(axis, "root mean square [N m]"))
+        axes.set_xlabel(f"root mean square [{words_of(axis).effort_unit}]")
 
     return svg(draw, 4.7, max(1.6, 0.9 + 0.42 * len(size)))

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from viewer.report.drawing import MEASURED, binned, dots, driven, edges, svg
 
 BAND_SHARE = 0.9
@@ -44,6 +44,7 @@ def damping_chart(curves: Sequence[Curve], rate: Array, damping: Array, axis: Ax
 
 def draw_damping(figure: Figure, curves: Sequence[Curve], rate: Array, damping: Array, axis: Axis = YAW) -> None:
     """Draws the damping on a figure."""
+    words = words_of(axis)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(5, 1))
     dots(above, rate, damping, color="#5b6773", markersize=2.5, alpha=0.45, label="samples", zorder=3)
     centre, low, _, high = binned(rate, damping, edges(rate), BAND_SHARE)
@@ -60,10 +61,10 @@ def draw_damping(figure: Figure, curves: Sequence[Curve], rate: Array, damping: 
     reach = max(1.3 * largest, float(np.quantile(np.abs(damping), 0.98)), 1e-9)
     above.set_ylim(-1.05 * reach, 1.05 * reach)
     above.axhline(0.0, color="#555555", linewidth=0.6)
-    above.set_ylabel(in_words_of(axis, "damping d(r) [N m]"))
+    above.set_ylabel(f"damping d({words.symbol}) [{words.effort_unit}]")
     above.legend(loc="upper left")
     below.hist(rate, bins=60, color=MEASURED, alpha=0.45)
     below.set_yticks([])
     below.set_ylabel("samples", rotation=0, ha="right", va="center")
     below.grid(visible=False)
-    below.set_xlabel(in_words_of(axis, "yaw rate r [rad/s]"))
+    below.set_xlabel(f"{words.rate} {words.symbol} [{words.rate_unit}]")

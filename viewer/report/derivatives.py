@@ -8,6 +8,7 @@ import numpy as np
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import words_of
 from incsvr.tracing import Trace
 
 BLOCK_TIME_SCALES = 4.0
@@ -55,12 +56,12 @@ def derivatives(trace: Trace, axis: Axis = YAW) -> tuple[list[Derivative], tuple
     total, between = trace.inertia, None
     if inertia is not None:
         (total, *_), (between, *_) = inertia.parameters.values(), inertia.interval.values()
-    force, velocity = axis.force_symbol, axis.symbol
-    mass = "m" if axis.along else "I"
+    words = words_of(axis)
+    with_added_mass = f"{words.inertia_symbol} − {words.linear}\u0307"
     return [
-        Derivative(f"{force}_{velocity}", float(value[0]), (float(low[0]), float(high[0])), "N m s/rad"),
-        Derivative(f"{force}_{velocity}|{velocity}|", float(value[1]), (float(low[1]), float(high[1])), "N m s²/rad²"),
-        Derivative(f"{mass} − {force}_{velocity}\u0307", total, between, "kg m²"),
+        Derivative(words.linear, float(value[0]), (float(low[0]), float(high[0])), words.linear_unit),
+        Derivative(words.quadratic, float(value[1]), (float(low[1]), float(high[1])), words.quadratic_unit),
+        Derivative(with_added_mass, total, between, words.inertia_unit),
     ], (float(rate.min()), float(rate.max()))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from incsvr.plant.axes import Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 
 
 def number(value: float | None, sign: str = "") -> str:
@@ -35,5 +35,5 @@ def rendered(template: str, axis: Axis, provenance: Mapping[str, str] | None, **
     environment = Environment(
         loader=PackageLoader("viewer.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.filters["told"] = lambda text: in_words_of(axis, text)
+    environment.globals["words"] = words_of(axis)
     return environment.get_template(template).render(provenance=provenance or {}, number=number, **values)

@@ -14,7 +14,7 @@ from incsvr.free_run.errors import FreeRun
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import AxisWords, words_of
 from viewer.report.damping_chart import Curve, damping_chart
 from viewer.report.drawing import AFTER, BEFORE, MEASURED, line, svg
 from viewer.report.figures import between, capital, number, rendered
@@ -24,7 +24,8 @@ DRAWN_PIECES = 4
 DRAWN_SECONDS = 30.0
 """Longest part of each free run that is drawn [s]."""
 NORMAL_95 = 1.96
-UNITS = {"N_r": "N m s/rad", "N_r|r|": "N m s²/rad²"}
+COEFFICIENTS = (("{linear}", "{linear_unit}"), ("{quadratic}", "{quadratic_unit}"))
+"""What the two of a result are called, and their units: templates of `AxisWords`."""
 
 
 def fit_page(
@@ -38,26 +39,24 @@ def fit_page(
         provenance: what it was made of, and how.
     """
 
-    def told(text: str) -> str:
-        return in_words_of(axis, text)
-
-    declared, inertia = result["declared"]["inertia"], result["inertia"]
-    in_use = "" if inertia == declared else f", {inertia:.3g} kg m² in use"
+    words, declared, inertia = words_of(axis), result["declared"]["inertia"], result["inertia"]
+    unit = words.inertia_unit
+    in_use = "" if inertia == declared else f", {inertia:.3g} {unit} in use"
     return rendered(
         "fit.html.j2",
         axis,
         provenance,
         title="Fit",
-        kicker=told(f"Yaw damping, declared inertia {declared:g} kg m²{in_use}"),
-        headline=[told(clause) for clause in _headline(result, pictures)],
+        kicker=f"{words.title} damping, declared {words.inertia} {declared:g} {unit}{in_use}",
+        headline=_headline(result, pictures, words),
         remarks=[capital(remark) for remark in result["remarks"]],
         coefficients=[
-            (told(name), number(each["estimate"]), between((each["low"], each["high"])), told(UNITS[name]))
-            for name, each in result["coefficients"].items()
+            (words.fill(name), number(each["estimate"]), between((each["low"], each["high"])), words.fill(unit))
+            for (name, unit), each in zip(COEFFICIENTS, result["coefficients"].values(), strict=True)
         ],
-        flags=[told(note) for note in result["coefficient_notes"]],
+        flags=result["coefficient_notes"],
         range=[number(end) for end in result["trained_range"]],
-        settings=_settings(result, axis),
+        settings=_settings(result, words),
         damping=Markup(_damping(pictures, axis)),
         errors=Markup(_errors(result, axis)),
         free_runs=[Markup(_free_run(run, axis)) for run in _longest(pictures.free_runs)],
@@ -65,20 +64,22 @@ def fit_page(
     )
 
 
-def _headline(result: Mapping[str, Any], pictures: FitPictures) -> list[str]:
+def _headline(result: Mapping[str, Any], pictures: FitPictures, words: AxisWords) -> list[str]:
     """What was learned, then what limits it."""
     low, high = (number(end) for end in result["trained_range"])
-    clauses = [f"The damping was learned from {result['samples']} samples, from {low} to {high} rad/s"]
+    clauses = [f"The damping was learned from {result['samples']} samples, from {low} to {high} {words.rate_unit}"]
     runs = pictures.free_runs
     if runs:
         measured = np.concatenate([run.measured for run in runs])
         error = root_mean_square(np.concatenate([run.error for run in runs]))
         zero = root_mean_square(measured)
         seen = "unseen" if pictures.unseen else "the same"
-        ran = f"errs by {number(error)} rad/s" if np.isfinite(error) else "runs away"
-        clauses.append(f"On {seen} recordings the free run {ran}, where a rate of zero errs by {number(zero)} rad/s")
+        ran = f"errs by {number(error)} {words.rate_unit}" if np.isfinite(error) else "runs away"
+        clauses.append(
+            f"On {seen} recordings the free run {ran}, where a rate of zero errs by {number(zero)} {words.rate_unit}"
+        )
         if not error < zero:
-            clauses.append("So it predicts no better than a rate of zero: check inertia, units and signs")
+            clauses.append(f"So it predicts no better than a rate of zero: check {words.inertia}, units and signs")
     if result["remarks"]:
         count = len(result["remarks"])
         which = "the remark" if count == 1 else f"the {count} remarks"
@@ -86,19 +87,20 @@ def _headline(result: Mapping[str, Any], pictures: FitPictures) -> list[str]:
     return clauses
 
 
-def _settings(result: Mapping[str, Any], axis: Axis) -> list[tuple[str, str]]:
-    signals, learner = result["settings"]["signals"], result["settings"]["learner"]
+def _settings(result: Mapping[str, Any], words: AxisWords) -> list[tuple[str, str]]:
+    signals, learner, unit = result["settings"]["signals"], result["settings"]["learner"], words.effort_unit
     rows = [
         ("a sample every", f"{number(signals['sample_period'])} s, smoothed over {number(signals['smoothing'])} s"),
-        ("the torque counts as", str(signals["torque"] or "inferred from the data")),
+        (f"the {words.effort} counts as", str(signals["torque"] or "inferred from the data")),
         ("policy", f"{learner['policy']}, {result['support_vectors']} vectors"),
         (
             "γ, C, ε",
-            f"{number(learner['gamma'])} s²/rad², {number(learner['C'])} N m, {number(learner['epsilon'])} N m",
+            f"{number(learner['gamma'])} {words.kernel_unit}, {number(learner['C'])} {unit}, "
+            f"{number(learner['epsilon'])} {unit}",
         ),
         ("batches", f"{result['iterations']} learned, {result['put_aside']} put aside"),
     ]
-    return [(in_words_of(axis, name), in_words_of(axis, value)) for name, value in rows]
+    return rows
 
 
 def _damping(pictures: FitPictures, axis: Axis) -> str:
@@ -137,7 +139,7 @@ def _errors(result: Mapping[str, Any], axis: Axis) -> str:
         axes.set_ylim(bottom=0.0)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("iteration")
-        axes.set_ylabel(in_words_of(axis, "mean absolute error [N m]"))
+        axes.set_ylabel(f"mean absolute error [{words_of(axis).effort_unit}]")
         axes.legend(loc="upper right")
 
     return svg(draw, 4.7, 3.2)
@@ -149,13 +151,13 @@ def _longest(runs: Sequence[FreeRun]) -> list[FreeRun]:
 
 
 def _free_run(run: FreeRun, axis: Axis) -> str:
-    here = run.time <= run.time[0] + DRAWN_SECONDS
+    here, words = run.time <= run.time[0] + DRAWN_SECONDS, words_of(axis)
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
         line(axes, run.time[here], run.measured[here], color=MEASURED, linewidth=1.1, label="measured")
         line(axes, run.time[here], run.simulated[here], color=AFTER, linewidth=1.5, label="simulated")
-        axes.set_ylabel(in_words_of(axis, "yaw rate r [rad/s]"))
+        axes.set_ylabel(f"{words.rate} {words.symbol} [{words.rate_unit}]")
         axes.set_xlabel("time t [s]")
         axes.margins(x=0.01)
         figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=2)

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from incsvr.learning.coefficients import negative_drag
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing import Trace
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.sentences import chance, headline_clauses, left_of_torque
@@ -18,45 +18,43 @@ from viewer.report.derivatives import Derivative, derivatives
 from viewer.report.figures import between, capital, number, rendered
 
 # The unit stands at the end of a parameter's name (CONTRACT, Section 5); the longest suffix wins.
+# The units are templates of AxisWords.
 SUFFIXES = (
-    ("_nm_per_rad", "N m/rad"),
-    ("_nm_per_s", "N m/s"),
-    ("_kg_m2", "kg m²"),
-    ("_nm_s", "N m s"),
-    ("_nm", "N m"),
+    ("_nm_per_rad", "{stiffness_unit}"),
+    ("_nm_per_s", "{effort_unit}/s"),
+    ("_kg_m2", "{inertia_unit}"),
+    ("_nm_s", "{effort_unit} s"),
+    ("_nm", "{effort_unit}"),
     ("_rad", "rad"),
     ("_s", "s"),
 )
 ERRORS = (
-    ("torque_mae", "torque, mean absolute error", "N m"),
-    ("torque_rmse", "torque, root mean square error", "N m"),
-    ("free_run_rmse", "yaw rate in free run, root mean square error", "rad/s"),
+    ("torque_mae", "{effort}, mean absolute error", "{effort_unit}"),
+    ("torque_rmse", "{effort}, root mean square error", "{effort_unit}"),
+    ("free_run_rmse", "{rate} in free run, root mean square error", "{rate_unit}"),
 )
 
 
 def page(trace: Trace, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> str:
     """The whole document, in the words and units of an axis; `provenance` says what it was made of, and how."""
-
-    def told(text: str) -> str:
-        return in_words_of(axis, text)
-
-    pictures, error = trace.pictures, trace.error
+    pictures, error, words = trace.pictures, trace.error, words_of(axis)
     coefficients, driven = derivatives(trace, axis)
     before, after = pictures.residual_before, pictures.residual_after
     seen, flat = told_apart(pictures.depends, before, after)
     left = left_of_torque(error)
-    in_use = "" if trace.inertia_in_force == trace.inertia else f", {trace.inertia_in_force:.3g} kg m² in use"
+    declared = f"declared {words.inertia} {trace.inertia:g} {words.inertia_unit}"
+    in_force = f", {trace.inertia_in_force:.3g} {words.inertia_unit} in use"
     return rendered(
         "trace.html.j2",
         axis,
         provenance,
         title="Trace",
-        kicker=told(f"Yaw motion model, declared inertia {trace.inertia:g} kg m²{in_use}"),
-        headline=[capital(told(clause).replace("_", " ")) for clause in headline_clauses(trace)],
+        kicker=f"{words.title} motion model, {declared}{'' if trace.inertia_in_force == trace.inertia else in_force}",
+        headline=[capital(clause.replace("_", " ")) for clause in headline_clauses(trace)],
         trace=trace,
-        summary=told(_summary(error)),
-        findings=[_finding(finding, axis) for finding in trace.effects],
-        errors=_error_rows(error, axis),
+        summary=_summary(error, words),
+        findings=[_finding(finding, words) for finding in trace.effects],
+        errors=_error_rows(error, words),
         trivial={name: number(errors["free_run_rmse"]) for name, errors in error["trivial"].items()},
         horizons=[
             (
@@ -69,14 +67,12 @@ def page(trace: Trace, axis: Axis = YAW, provenance: Mapping[str, str] | None = 
         floor=number(error["floor"]["torque_rmse"]),
         left=None if left is None else f"{number(100.0 * left)} %",
         validated_on=_validated_on(trace),
-        derivatives=[
-            (each.symbol, number(each.value), between(each.interval), told(each.unit)) for each in coefficients
-        ],
+        derivatives=[(each.symbol, number(each.value), between(each.interval), each.unit) for each in coefficients],
         flags=[flag for each in coefficients if (flag := _flag(each)) is not None],
         driven=[number(each) for each in driven],
         flat=[name.replace("_", " ") for name in flat],
         residuals=[
-            (Markup(residual_against(name, x, before, after, axis)), told(hint(name))) for name, x in seen.items()
+            (Markup(residual_against(name, x, before, after, axis)), hint(name, words)) for name, x in seen.items()
         ],
         free_runs=[Markup(each) for each in free_runs(pictures.before, pictures.after, trace.model.scale, axis)],
         damping=Markup(damping_curves(trace.declared_model, trace.model, pictures, axis)),
@@ -102,15 +98,16 @@ def _validated_on(trace: Trace) -> str:
     return "held-out pieces of the recordings, each predicted by a fit without it"
 
 
-def _summary(error: Mapping[str, Any]) -> str:
+def _summary(error: Mapping[str, Any], words: AxisWords) -> str:
     before, after = error["before"]["free_run_rmse"], error["after"]["free_run_rmse"]
     change = error["change"]["free_run_rmse"]
     errors = (
-        f"On unseen data the free-run error of the yaw rate is {number(before)} rad/s with the declared model and "
-        f"{number(after)} rad/s with what was added"
+        f"On unseen data the free-run error of the {words.rate} is {number(before)} {words.rate_unit} with the "
+        f"declared model and {number(after)} {words.rate_unit} with what was added"
     )
     if after == before:
-        return f"On unseen data the free-run error of the yaw rate is {number(before)} rad/s. Nothing was added."
+        error_now = f"the free-run error of the {words.rate} is {number(before)} {words.rate_unit}"
+        return f"On unseen data {error_now}. Nothing was added."
     doubt = ""
     if change["low"] > 0.0:
         doubt = " The error grew beyond chance."
@@ -118,11 +115,11 @@ def _summary(error: Mapping[str, Any]) -> str:
         doubt = " This interval includes zero: the gain is not proven."
     return (
         f"{errors}: {number(100.0 * (after / before - 1.0), '+')} % "
-        f"(95 % interval of the change {number(change['low'])} to {number(change['high'])} rad/s).{doubt}"
+        f"(95 % interval of the change {number(change['low'])} to {number(change['high'])} {words.rate_unit}).{doubt}"
     )
 
 
-def _finding(finding: Finding, axis: Axis) -> dict[str, Any]:
+def _finding(finding: Finding, words: AxisWords) -> dict[str, Any]:
     rows = []
     for name, value in finding.parameters.items():
         suffix, unit = next(((s, u) for s, u in SUFFIXES if name.endswith(s)), ("", ""))
@@ -134,20 +131,20 @@ def _finding(finding: Finding, axis: Axis) -> dict[str, Any]:
                 plain,
                 number(value),
                 "set, not fitted" if low == high else f"{number(low)} to {number(high)}",
-                in_words_of(axis, unit),
+                words.fill(unit),
             )
         )
     return {"finding": finding, "name": finding.effect.replace("_", " "), "rows": rows}
 
 
-def _error_rows(error: Mapping[str, Any], axis: Axis) -> list[dict[str, str]]:
+def _error_rows(error: Mapping[str, Any], words: AxisWords) -> list[dict[str, str]]:
     rows = []
     for key, label, unit in ERRORS:
         change = error["change"].get(key)
         rows.append(
             {
-                "label": in_words_of(axis, label),
-                "unit": in_words_of(axis, unit),
+                "label": words.fill(label),
+                "unit": words.fill(unit),
                 "before": number(error["before"][key]),
                 "after": number(error["after"][key]),
                 "change": f"{number(change['estimate'], '+')} ({number(change['low'])} to {number(change['high'])})"
