@@ -19,6 +19,8 @@ TRACED_INERTIA = "inertia"
 """The effect that is another inertia than the declared one, in the vocabulary of CONTRACT, Section 5."""
 ROUNDING = 1e-9
 """Part of its largest entry by which a mass matrix may be asymmetric or short of positive."""
+PAIRS = tuple((a, b) for a in range(6) for b in range(a, 6))
+"""The 21 pairs of velocities whose products occur in C(ν) ν."""
 
 
 def rigid_body_mass(mass: float, inertia: Array, centre_of_gravity: Sequence[float]) -> Array:
@@ -76,15 +78,19 @@ def coriolis_force(mass: Array, velocity: Array) -> Array:
     return np.concatenate([_cross(about, linear), _cross(along, linear) + _cross(about, angular)], axis=-1)
 
 
+def product_weights(mass: Array) -> Array:
+    """(…, 6, 21): the coefficients of ν_a ν_b in each row of C(ν) ν, a quadratic form, in the order of `PAIRS`."""
+    unit = np.eye(6)
+    squares = coriolis_force(mass, unit)
+    one, other = np.array(PAIRS).T
+    both = coriolis_force(mass, unit[one] + unit[other]) - squares[..., one, :] - squares[..., other, :]
+    return np.swapaxes(np.where((one == other)[:, None], squares[..., one, :], both), -1, -2)
+
+
 def products(mass: Array, axis: int) -> Array:
     """(6, 6), upper triangle: the coefficients of ν_a ν_b in (C(ν) ν)_axis, which is a quadratic form."""
-    unit = np.eye(6)
-    squares = coriolis_force(mass, unit)[:, axis]
-    found = np.diag(squares)
-    for a in range(6):
-        for b in range(a + 1, 6):
-            both = coriolis_force(mass, (unit[a] + unit[b])[None])[0, axis]
-            found[a, b] = both - squares[a] - squares[b]
+    found = np.zeros((6, 6))
+    found[tuple(np.array(PAIRS).T)] = product_weights(mass)[axis]
     return found
 
 

@@ -1,7 +1,7 @@
 """Fits a vehicle's parameters to predictions: windows of the recordings, each simulated from its measured velocities.
 
 The sum of squared prediction errors is minimised by Gauss–Newton steps under Student's t, with the slopes of all
-parameters by differences that are simulated side by side. It is the criterion by which the model is used.
+parameters by the tangent of the simulation. It is the criterion by which the model is used.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from scipy.optimize import lsq_linear
 
 from incsvr.numerics import Array
 from incsvr.vehicle.motion import WholeMotion
+from incsvr.vehicle.sensitivities import sensitivities
 from incsvr.vehicle.simulation import simulate
 from incsvr.vehicle.structure import Structure
 
@@ -24,7 +25,7 @@ MAX_STEPS = 12
 MIN_FALL = 1e-4
 """Relative fall of the criterion below which the fit ends."""
 RELATIVE_DIFFERENCE = 1e-4
-"""Step of the differences that give the slopes, in a parameter's scale."""
+"""Step of the differences that give the slopes along lags, in a lag's scale."""
 PRIOR_SCALES = 30.0
 """Deviation of a parameter's prior about its start, in its scale: it only holds what is not excited."""
 
@@ -128,10 +129,8 @@ def fit(
 
 def slopes(windows: Windows, structure: Structure, parameters: Array, scale: Array) -> Array:
     """∂error/∂parameter, (size, windows, cells, axes)."""
-    shift = RELATIVE_DIFFERENCE * scale
-    models = np.concatenate((parameters[None], parameters + np.diag(shift)))
-    errors = windows.errors(structure, models)
-    return np.asarray((errors[1:] - errors[:1]) / shift[:, None, None, None])
+    lag_shift = RELATIVE_DIFFERENCE * scale[scale.size - len(structure.lags) :]
+    return sensitivities(structure, parameters, lag_shift, windows.motion, windows.first, windows.cells)
 
 
 def robust_variance(error: Array) -> Array:

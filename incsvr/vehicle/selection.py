@@ -84,12 +84,11 @@ def reduced(windows: Windows, fitted: Fit, scales: Scales) -> Fit:
     linear = LeftOut.of(fitted, folds, scales)
     loss = whole = linear.losses(fitted.variance)
     while removable:
-        tried = {k: linear.losses(fitted.variance, [*removed, k]) for k in removable}
-        least = min(tried, key=lambda k: float(tried[k].sum()))
+        tried = linear.losses_without(fitted.variance, [[*removed, k] for k in removable])
+        least = int(np.argmin(tried.sum(axis=1)))
         if _gain(tried[least], loss) > MIN_EVIDENCE:
             break
-        removable.remove(least)
-        removed.append(least)
+        removed.append(removable.pop(least))
         loss = tried[least]
     kept = [k for k in range(structure.size) if k not in removed]
     smaller = structure.only(kept)
@@ -112,13 +111,15 @@ class LeftOut:
 
     Attributes:
         fitted: the fit.
-        folds: (windows,) the part of each window.
+        inside: the windows of each part.
+        slopes: (size, windows · cells · axes) the slopes of each part's errors.
         normal, gradient: JᵀWJ and JᵀWe of each part, (parts, size, size) and (parts, size).
         bounds: lower and upper (size,) of the parameters.
     """
 
     fitted: Fit
-    folds: NDArray[np.intp]
+    inside: list[NDArray[np.intp]]
+    slopes: list[Array]
     normal: Array
     gradient: Array
     bounds: tuple[Array, Array]
@@ -126,37 +127,47 @@ class LeftOut:
     @staticmethod
     def of(fitted: Fit, folds: NDArray[np.intp], scales: Scales) -> LeftOut:
         """The linear model of a fit whose windows belong to these parts."""
+        inside = [np.flatnonzero(folds == part) for part in np.unique(folds)]
+        slopes = [fitted.slope[:, part] for part in inside]
         equations = [
-            normal_equations(fitted.slope[:, inside], fitted.error[inside], fitted.weight[inside])
-            for inside in (folds == part for part in np.unique(folds))
+            normal_equations(slope, fitted.error[part], fitted.weight[part])
+            for part, slope in zip(inside, slopes, strict=True)
         ]
         normal, gradient = (np.stack(each) for each in zip(*equations, strict=True))
-        return LeftOut(fitted, folds, normal, gradient, scales.bounds(fitted.structure))
+        flat = [slope.reshape(slope.shape[0], -1) for slope in slopes]
+        return LeftOut(fitted, inside, flat, normal, gradient, scales.bounds(fitted.structure))
 
-    def losses(self, variance: Array, without: Sequence[int] = ()) -> Array:
+    def losses(self, variance: Array) -> Array:
         """(windows,) losses of each part under the parameters that the other parts give.
 
         Args:
             variance: (axes,) of the errors: the same for models that are compared.
-            without: parameters that are zero.
         """
+        return np.asarray(self.losses_without(variance, [()])[0])
+
+    def losses_without(self, variance: Array, without: Sequence[Sequence[int]]) -> Array:
+        """(models, windows) the losses of several models, each without some parameters, which are zero."""
+        fitted = self.fitted
+        normal, gradient = self.normal.sum(axis=0), self.gradient.sum(axis=0)
+        found = np.empty((len(without), fitted.error.shape[0]))
+        for k, part in enumerate(self.inside):
+            rest, pull = normal - self.normal[k], self.gradient[k] - gradient
+            steps = np.stack([self._step(rest, pull, each) for each in without])
+            moved = (steps @ self.slopes[k]).reshape(len(without), *fitted.error[part].shape)
+            found[:, part] = losses(fitted.error[part] + moved, variance)
+        return found
+
+    def _step(self, normal: Array, pull: Array, without: Sequence[int]) -> Array:
+        """(size,) from the fitted parameters to those that normal equations give where some parameters are zero."""
         fitted, (low, high) = self.fitted, self.bounds
         free = np.setdiff1d(np.arange(fitted.parameters.size), np.asarray(without, dtype=np.intp))
-        fixed = np.zeros(fitted.parameters.size)
-        fixed[list(without)] = -fitted.parameters[list(without)]
-        ridge = np.diag(1.0 / (PRIOR_SCALES * fitted.scale) ** 2)
-        normal, gradient = self.normal.sum(axis=0), self.gradient.sum(axis=0)
-        found = np.empty(fitted.error.shape[0])
-        for k, part in enumerate(np.unique(self.folds)):
-            inside = self.folds == part
-            rest = normal - self.normal[k] + ridge
-            pull = self.gradient[k] - gradient - (rest - ridge) @ fixed
-            step = fixed.copy()
-            step[free] = np.linalg.solve(rest[np.ix_(free, free)], pull[free])
-            step[free] = (np.clip(fitted.parameters + step, low, high) - fitted.parameters)[free]
-            moved = step @ fitted.slope[:, inside].reshape(step.size, -1)
-            found[inside] = losses(fitted.error[inside] + moved.reshape(fitted.error[inside].shape), variance)
-        return found
+        step = np.zeros(fitted.parameters.size)
+        step[list(without)] = -fitted.parameters[list(without)]
+        force = pull - normal @ step
+        ridge = np.diag(1.0 / (PRIOR_SCALES * fitted.scale[free]) ** 2)
+        step[free] = np.linalg.solve(normal[np.ix_(free, free)] + ridge, force[free])
+        step[free] = (np.clip(fitted.parameters + step, low, high) - fitted.parameters)[free]
+        return step
 
 
 def _gain(before: Array, after: Array) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array
-from incsvr.plant.mass_and_coriolis import coriolis_force
+from incsvr.vehicle.forces import Forces
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.structure import Structure
 from incsvr.vehicle.terms import LINEAR, QUADRATIC
@@ -26,50 +26,79 @@ RUNAWAY = 5.0
 """Velocities beyond this multiple of the largest recorded one are clipped: such a model is refused by its error."""
 
 
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """What drives the models over one motion.
+def simulate(
+    structure: Structure, parameters: Array, motion: WholeMotion, first: NDArray[np.intp], cells: int
+) -> Array:
+    """ν at the edges of the windows' cells, (cells + 1, models, windows, 6).
 
-    Attributes:
-        motion: the recorded motion.
-        structure: what the parameters mean.
+    Args:
         parameters: (models, size).
-        effort: (models or 1, n, 6).
-        mass: (models, 6, 6).
-        inverse: (models, axes, axes) of the simulated part of M.
-        limit: (6,) beyond which velocities are clipped.
+        first: (windows,) first cells, where each window begins with the measured velocities.
+        cells: length of the windows.
     """
+    forces, efforts = Forces.of(structure, parameters), structure.efforts(parameters, motion)
+    axes, limit = len(structure.axes), limits(structure, motion)
+    state = np.repeat(first_state(structure, motion, first)[None], parameters.shape[0], axis=0)
+    course = np.empty((cells + 1, parameters.shape[0], first.size, 6))
+    course[:] = np.stack([motion.velocity[first + cell] for cell in range(cells + 1)])[:, None]
+    divide = substeps(structure, parameters, forces.inverse, motion)
+    for cell in range(cells):
+        given = Cell.of(structure, forces, motion, efforts, first + cell)
+        for part in range(divide):
+            (state,) = runge_kutta((state,), given.rates, part, divide, motion.step)
+            # What is no number becomes the lower limit, too.
+            np.fmin(np.fmax(state[:, :axes], -limit), limit, out=state[:, :axes])
+        course[cell + 1][..., structure.rows] = state[:, :axes].swapaxes(1, 2)
+    return course
 
-    motion: WholeMotion
-    structure: Structure
-    parameters: Array
-    effort: Array
-    mass: Array
-    inverse: Array
-    limit: Array
 
-    @staticmethod
-    def of(structure: Structure, parameters: Array, motion: WholeMotion) -> Drive:
-        """For parameters (models, size)."""
-        mass = structure.mass_matrix(parameters)
-        rows = structure.rows
-        inverse = np.asarray(np.linalg.inv(mass[:, rows][:, :, rows]), dtype=np.float64)
-        limit = RUNAWAY * np.abs(motion.velocity).max(axis=0) + 1e-9
-        return Drive(motion, structure, parameters, structure.efforts(parameters, motion), mass, inverse, limit)
+def runge_kutta(
+    state: tuple[Array, ...],
+    rates: Callable[[float, tuple[Array, ...]], tuple[Array, ...]],
+    part: int,
+    divide: int,
+    cell_s: float,
+) -> tuple[Array, ...]:
+    """The state after one part of a cell, by the method of fourth order.
 
-    def acceleration(self, velocity: Array, effort: Array, angle: Array) -> Array:
-        """ν̇ of the simulated axes (models, windows, axes) at ν (models, windows, 6)."""
-        force = effort - coriolis_force(self.mass, velocity)
-        coefficients = self.structure.coefficients(self.parameters)
-        for k, term in enumerate(self.structure.terms):
-            force[..., term.row] -= coefficients[:, k, None] * term.value(velocity, effort, angle)
-        simulated = force[..., self.structure.rows]
-        return np.asarray(np.einsum("bij,bnj->bni", self.inverse, simulated))
+    Args:
+        rates: of the state, at a share of the cell.
+        part, divide: which part, of how many.
+        cell_s: length of the cell [s].
+    """
+    step = cell_s / divide
 
-    def substeps(self) -> int:
-        """Into how many steps a cell is divided, so that no velocity decays too fast."""
-        rate = decay(self.structure, self.parameters, self.inverse, np.abs(self.motion.velocity).max(axis=0))
-        return int(np.clip(np.ceil(self.motion.step * rate / MAX_STEP_DAMPING), 1, MAX_SUBSTEPS))
+    def ahead(slope: tuple[Array, ...], length: float) -> tuple[Array, ...]:
+        return tuple(each + length * rise for each, rise in zip(state, slope, strict=True))
+
+    begin, middle, end = ((part + share) / divide for share in (0.0, 0.5, 1.0))
+    one = rates(begin, state)
+    two = rates(middle, ahead(one, 0.5 * step))
+    three = rates(middle, ahead(two, 0.5 * step))
+    four = rates(end, ahead(three, step))
+    return ahead(tuple((a + d + 2.0 * (b + c)) / 6.0 for a, b, c, d in zip(one, two, three, four, strict=True)), step)
+
+
+def first_state(structure: Structure, motion: WholeMotion, first: NDArray[np.intp]) -> Array:
+    """(states, windows): the velocities of the simulated axes in their order, and roll and pitch where they turn."""
+    velocity = motion.velocity[first][:, structure.rows]
+    return np.concatenate((velocity, motion.angle[first, :2]), axis=1).T if turns(structure) else velocity.T
+
+
+def turns(structure: Structure) -> bool:
+    """Whether roll and pitch are simulated."""
+    return "roll" in structure.axes or "pitch" in structure.axes
+
+
+def limits(structure: Structure, motion: WholeMotion) -> Array:
+    """(axes, 1) velocities of the simulated axes beyond which a simulation is clipped."""
+    return np.asarray(RUNAWAY * np.abs(motion.velocity[:, structure.rows]).max(axis=0)[:, None] + 1e-9)
+
+
+def substeps(structure: Structure, parameters: Array, inverse: Array, motion: WholeMotion) -> int:
+    """Into how many steps a cell is divided, so that no velocity decays too fast; arguments as of `decay`."""
+    rate = decay(structure, parameters, inverse, np.abs(motion.velocity).max(axis=0))
+    return int(np.clip(np.ceil(motion.step * rate / MAX_STEP_DAMPING), 1, MAX_SUBSTEPS))
 
 
 def decay(structure: Structure, parameters: Array, inverse: Array, fastest: Array) -> float:
@@ -91,93 +120,63 @@ def decay(structure: Structure, parameters: Array, inverse: Array, fastest: Arra
     return float(rate.max(initial=0.0))
 
 
-def simulate(
-    structure: Structure, parameters: Array, motion: WholeMotion, first: NDArray[np.intp], cells: int
-) -> Array:
-    """ν at the edges of the windows' cells, (cells + 1, models, windows, 6).
-
-    Args:
-        parameters: (models, size).
-        first: (windows,) first cells, where each window begins with the measured velocities.
-        cells: length of the windows.
-    """
-    drive = Drive.of(structure, parameters, motion)
-    rows = structure.rows
-    course = np.empty((cells + 1, parameters.shape[0], first.size, 6))
-    course[0] = velocity = np.repeat(motion.velocity[first][None], parameters.shape[0], axis=0)
-    angle = np.repeat(motion.angle[first][None, :, :2], parameters.shape[0], axis=0)
-    divide = drive.substeps()
-    step = motion.step / divide
-    for cell in range(cells):
-        given = _Given.of(motion, structure, first + cell)
-        effort = drive.effort[:, first + cell]
-        for part in range(divide):
-            begin, middle, end = (given.at((part + share) / divide) for share in (0.0, 0.5, 1.0))
-            slopes = []
-            at, tilted, place = velocity, angle, begin
-            for ahead, following in ((0.5, middle), (0.5, middle), (1.0, end), (1.0, end)):
-                force = drive.acceleration(place(at), effort, given.tilt(tilted))
-                turn = _turning(tilted, at) if given.turning else 0.0
-                slopes.append((force, turn))
-                at, place = velocity.copy(), following
-                at[..., rows] += ahead * step * force
-                tilted = angle + ahead * step * turn if given.turning else angle
-            weights = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
-            velocity = velocity.copy()
-            velocity[..., rows] += step * sum(w * force for w, (force, _) in zip(weights, slopes, strict=True))
-            velocity = np.clip(np.nan_to_num(end(velocity)), -drive.limit, drive.limit)
-            if given.turning:
-                angle = angle + step * sum(w * turn for w, (_, turn) in zip(weights, slopes, strict=True))
-        course[cell + 1] = velocity
-    return course
-
-
 @dataclass(frozen=True, slots=True)
-class _Given:
-    """What is taken as it was measured during one cell: velocities that are not simulated, and angles without them.
+class Cell:
+    """What moves the models during one cell of each window.
 
     Attributes:
-        columns: places in ν of the velocities that are not simulated.
-        now, next: (windows, 6) measured velocities at both ends of the cell.
-        angle: (windows, 2) measured roll and pitch.
-        turning: whether roll or pitch are simulated.
+        forces: of the models.
+        rows, columns: places in ν of the velocities that are simulated, and of the others.
+        now, following: (columns, windows) the others' measured velocities at both ends of the cell.
+        effort: (models or 1, 6, windows).
+        angle: (2, windows) measured roll and pitch, which hold where they are not simulated.
+        turning: whether they are simulated.
     """
 
+    forces: Forces
+    rows: list[int]
     columns: list[int]
     now: Array
-    next: Array
+    following: Array
+    effort: Array
     angle: Array
     turning: bool
 
     @staticmethod
-    def of(motion: WholeMotion, structure: Structure, cells: NDArray[np.intp]) -> _Given:
-        """During these cells, one a window."""
+    def of(structure: Structure, forces: Forces, motion: WholeMotion, efforts: Array, cells: NDArray[np.intp]) -> Cell:
+        """During these cells, one a window; `efforts` are those of the models, (models or 1, n, 6)."""
         following = np.minimum(cells + 1, motion.velocity.shape[0] - 1)
         columns = [k for k in range(6) if k not in structure.rows]
-        turning = "roll" in structure.axes or "pitch" in structure.axes
-        return _Given(columns, motion.velocity[cells], motion.velocity[following], motion.angle[cells, :2], turning)
+        now, then = (motion.velocity[place][:, columns].T for place in (cells, following))
+        effort = efforts[:, cells].swapaxes(1, 2)
+        return Cell(forces, structure.rows, columns, now, then, effort, motion.angle[cells, :2].T, turns(structure))
 
-    def at(self, share: float) -> Callable[[Array], Array]:
-        """Puts the measured velocities at a part of the cell into ν (models, windows, 6)."""
+    def at(self, share: float, state: Array) -> tuple[Array, Array]:
+        """ν (models, 6, windows) and roll and pitch (models or 1, 2, windows) of states (models, states, windows) at a
+        part of the cell."""
+        axes = len(self.rows)
+        angle = state[:, axes:] if self.turning else self.angle[None]
         if not self.columns:
-            return lambda velocity: velocity
-        measured = ((1.0 - share) * self.now + share * self.next)[:, self.columns]
+            return state[:, :axes], angle
+        velocity = np.empty((state.shape[0], 6, state.shape[2]))
+        velocity[:, self.rows] = state[:, :axes]
+        velocity[:, self.columns] = (1.0 - share) * self.now + share * self.following
+        return velocity, angle
 
-        def put(velocity: Array) -> Array:
-            velocity = velocity.copy()
-            velocity[..., self.columns] = measured
-            return velocity
+    def rate(self, share: float, state: Array) -> Array:
+        """The rates of states (models, states, windows) at a part of the cell."""
+        velocity, angle = self.at(share, state)
+        rise = self.forces.acceleration(velocity, self.effort, angle)
+        return np.concatenate((rise, _turning(angle, velocity)), axis=1) if self.turning else rise
 
-        return put
-
-    def tilt(self, angle: Array) -> Array:
-        """Roll and pitch: simulated, or as measured."""
-        return angle if self.turning else self.angle[None]
+    def rates(self, share: float, state: tuple[Array, ...]) -> tuple[Array, ...]:
+        """`rate` of a state that stands alone."""
+        return (self.rate(share, state[0]),)
 
 
 def _turning(angle: Array, velocity: Array) -> Array:
-    """Rates of roll and pitch at the body's angular velocities (Fossen 2011, Eq. 2.26)."""
-    roll, pitch = angle[..., 0], angle[..., 1]
-    p, q, r = velocity[..., 3], velocity[..., 4], velocity[..., 5]
-    swept = q * np.sin(roll) + r * np.cos(roll)
-    return np.stack([p + swept * np.tan(pitch), q * np.cos(roll) - r * np.sin(roll)], axis=-1)
+    """Rates of roll and pitch (models, 2, windows) at the body's angular velocities (Fossen 2011, Eq. 2.26)."""
+    roll, pitch = angle[:, 0], angle[:, 1]
+    p, q, r = velocity[:, 3], velocity[:, 4], velocity[:, 5]
+    sin, cos = np.sin(roll), np.cos(roll)
+    return np.stack([p + (q * sin + r * cos) * np.tan(pitch), q * cos - r * sin], axis=1)

@@ -11,9 +11,6 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import combinations
 
-import numpy as np
-
-from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, LATERAL, VELOCITIES, Axis
 
 LINEAR, QUADRATIC = "linear", "quadratic"
@@ -49,36 +46,6 @@ class Term:
     def row(self) -> int:
         """Place of its axis in ν."""
         return list(AXES).index(self.axis)
-
-    def value(self, velocity: Array, effort: Array, angle: Array) -> Array:
-        """φ (…,) from ν (…, 6), τ (…, 6) and roll and pitch (…, 2)."""
-        own = velocity[..., self.row]
-        columns = [velocity[..., VELOCITIES.index(name)] for name in self.of if name in VELOCITIES]
-        match self.kind:
-            case "linear":
-                return own
-            case "quadratic":
-                return np.asarray(own * np.abs(own))
-            case "cross":
-                return columns[0]
-            case "cross_size":
-                return np.asarray(np.abs(columns[0]) * columns[1])
-            case "product":
-                return np.asarray(columns[0] * columns[1])
-            case "square":
-                return np.asarray(columns[0] ** 2)
-            case "effort":
-                return np.asarray(-effort[..., list(AXES).index(self.of[0])] + 0.0 * own)
-            case "inflow":
-                return np.asarray(effort[..., self.row] * np.abs(columns[0]))
-            case "reverse":
-                return np.asarray(np.minimum(effort[..., self.row], 0.0) + 0.0 * own)
-            case "weight":
-                return np.asarray(-_down(angle)[self.axis] + 0.0 * own)
-            case "righting":
-                return np.asarray(_heel(angle)[self.axis] + 0.0 * own)
-            case _:
-                return np.ones_like(own)
 
     @property
     def dissipates(self) -> bool:
@@ -169,19 +136,3 @@ def _per_speeds(along: int, about: int) -> str:
 def _mirror_alike(one: Axis, other: Axis) -> bool:
     """Whether both axes change their sign where port and starboard change places, or neither does."""
     return (one.rate in LATERAL) == (other.rate in LATERAL)
-
-
-def _down(angle: Array) -> dict[str, Array]:
-    """The downward direction in the body's axes, at roll and pitch (…, 2)."""
-    roll, pitch = angle[..., 0], angle[..., 1]
-    return {
-        "surge": -np.sin(pitch),
-        "sway": np.cos(pitch) * np.sin(roll),
-        "heave": np.cos(pitch) * np.cos(roll),
-    }
-
-
-def _heel(angle: Array) -> dict[str, Array]:
-    """What the righting moments about roll and pitch are proportional to, at roll and pitch (…, 2)."""
-    roll, pitch = angle[..., 0], angle[..., 1]
-    return {"roll": np.cos(pitch) * np.sin(roll), "pitch": np.sin(pitch)}

@@ -10,8 +10,10 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Streams
 from incsvr.vehicle import Identified, Vehicle, identify, on_grid
+from incsvr.vehicle.sensitivities import sensitivities
 from incsvr.vehicle.simulation import simulate
 from incsvr.vehicle.structure import Structure, lagged
+from incsvr.vehicle.terms import extras, own_damping, restoring
 from simulator.six_degrees import BODIES, Body, swim
 
 
@@ -89,6 +91,24 @@ def test_a_lag_that_is_simulated_in_cells_is_the_exact_one() -> None:
         value = level + (value - level) * np.exp(-0.001 / 0.3)
         exact[k] = mean
     assert lagged(command, 0.3, 0.1) == pytest.approx(exact.reshape(-1, 100).mean(axis=1), abs=1e-9)
+
+
+def test_slopes_are_those_of_simulations_with_each_parameter_moved() -> None:
+    body, log = dive("rov", 30.0, 47)
+    motion = on_grid([log])
+    names = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+    mass = (*((name, name) for name in names), ("surge", "pitch"))
+    terms = (*own_damping(names), *restoring(names, motion.recorded), *extras(names, names, motion.recorded))
+    structure = Structure(names, mass, terms, ("surge", "yaw"), np.zeros((6, 6)))
+    damping = [(body.linear if term.kind == "linear" else body.quadratic)[term.row] for term in own_damping(names)]
+    rest = [0.05] * (len(terms) - len(damping))
+    parameters = np.array([*np.diag(body.mass), body.mass[0, 4], *damping, *rest, 0.2, 0.1])
+    first = motion.windows(12)[:6]
+    found = sensitivities(structure, parameters, np.full(2, 1e-6), motion, first, 12)
+    shift = 1e-6 * np.maximum(np.abs(parameters), 1.0)
+    ahead, behind = (simulate(structure, parameters + k * np.diag(shift), motion, first, 12) for k in (1.0, -1.0))
+    expected = (ahead - behind)[1:] / (2.0 * shift[:, None, None])
+    assert found == pytest.approx(expected.transpose(1, 2, 0, 3), abs=1e-5 * float(np.abs(expected).max()))
 
 
 def test_a_gap_ends_a_run() -> None:
