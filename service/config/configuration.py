@@ -73,8 +73,6 @@ class Config(Section):
         foreign = [name for name in inputs if name not in VELOCITIES]
         if foreign:
             raise ValueError(f"learner.inputs: {foreign[0]} is no velocity; they are {', '.join(VELOCITIES)}")
-        if inputs[1:] and self.tracing.on:
-            raise ValueError("tracing.live works over one velocity; set it to off, or learner.inputs to one")
         return self
 
     @property

@@ -25,6 +25,7 @@ from incsvr.numerics import Array
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, Synchroniser, play
 from incsvr.signals.samples import Samples
 from incsvr.signals.streams import JUMP_S, Reading
+from service.learner.plain_samples import plain_samples, samples_of
 
 if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation
@@ -81,7 +82,7 @@ class Batches:
                 self._synchroniser = Synchroniser.from_dict(memory["synchroniser"], self._takes(compensation))
                 self._turns = int(memory["turns"])
             self._refused = {reason: -count for reason, count in self._synchroniser.rejected.items()}
-            self._take(_samples(memory["waiting"]))
+            self._take(samples_of(memory["waiting"]))
 
     def _takes(self, compensation: Compensation | None) -> TakesTorque | None:
         """What samples are freed of with these effects in force."""
@@ -140,7 +141,7 @@ class Batches:
     def samples_under(self, compensation: Compensation | None, until: float, since: float = -math.inf) -> Samples:
         """The window's samples from `since` to `until` [s], as they are with these effects; nothing changes."""
         samples = play(Synchroniser(self._settings, self._takes(compensation)), self.recent())
-        return samples.take((samples.time >= since) & (samples.time <= until))
+        return samples.take((samples.time >= since) & (samples.time <= until) & samples.known(self._inputs))
 
     def restart(self, compensation: Compensation | None, after: float, clock_restarts: int) -> None:
         """From now on samples are freed of these effects; those after the time `after` [s] wait for the next batch.
@@ -233,7 +234,7 @@ class Batches:
         with self._lock:
             return {
                 "synchroniser": self._synchroniser.to_dict(),
-                "waiting": _plain(Samples.concatenate(self._waiting)),
+                "waiting": plain_samples(Samples.concatenate(self._waiting)),
                 "turns": self._turns,
             }
 
@@ -274,31 +275,3 @@ class Batches:
             kept = Samples.concatenate(self._waiting).take(slice(excess, None))
             self._waiting = deque([kept])
             self._waiting_count = len(kept)
-
-
-def _plain(samples: Samples) -> dict[str, Any]:
-    return {
-        "time": samples.time.tolist(),
-        "yaw_rate": samples.yaw_rate.tolist(),
-        "damping": samples.damping.tolist(),
-        "channels": {name: json_values(values) for name, values in samples.channels.items()},
-        "parts": {name: values.tolist() for name, values in samples.parts.items()},
-        "raw": {name: json_values(values) for name, values in samples.raw.items()},
-    }
-
-
-def json_values(values: Array) -> tuple[float | None, ...]:
-    """A channel's values as JSON knows them: None where it was not sampled, or filtered beyond all floats."""
-    return tuple(value if math.isfinite(value) else None for value in values.tolist())
-
-
-def _samples(plain: Mapping[str, Any]) -> Samples:
-    return Samples(
-        np.array(plain["time"], dtype=np.float64),
-        np.array(plain["yaw_rate"], dtype=np.float64),
-        np.array(plain["damping"], dtype=np.float64),
-        *(
-            {name: np.array(values, dtype=np.float64) for name, values in plain.get(kind, {}).items()}
-            for kind in ("channels", "parts", "raw")
-        ),
-    )

@@ -18,8 +18,8 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.axis_words import in_words_of
 from incsvr.signals.samples import Samples
 from service import wire
-from service.learner.batches import json_values
 from service.learner.damping_query import DampingQuery
+from service.learner.plain_samples import json_values
 
 
 class NothingLearned(BadInput):

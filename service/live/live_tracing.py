@@ -82,7 +82,10 @@ class LiveTracing:
         """
         # A trace sees the data until the batch's end, however much came since: so the data decide it, not the machine.
         newest = node.batches.window_end(node.judged_until)
+        model = node.served.model
         if self._child is not None or newest is None:
+            return False
+        if self._config.further_inputs and not model.is_trained:  # what they take of the torque is not known yet
             return False
         self.state = self.state.after_clock_restart(newest)
         settings, before = self._config.tracing, self.state
@@ -92,7 +95,7 @@ class LiveTracing:
         recent = worker.recent_streams(node.batches.recent(newest), settings, before, work, newest)
         self._work = (work, newest)
         try:
-            self._child = self._begin(worker.job(self._config, before, work, newest), recent)
+            self._child = self._begin(worker.job(self._config, before, work, newest, model), recent)
         except OSError as error:
             self._watch.fail(work, f"no process could be started: {error}")
             self._conclude_failure(node, before, f"no process could be started beside the learner: {error}")

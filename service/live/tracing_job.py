@@ -25,11 +25,13 @@ from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.shadow import as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
+from incsvr.learning.model import Model
+from incsvr.learning.several_velocities.freeing import streams_by_itself
 from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.signals import REQUIRED, SignalSettings
-from incsvr.signals.coupled import decoupled_streams
+from incsvr.signals.coupled import MAX_PAUSE_S, decoupled_streams
 from incsvr.tracing import trace
 from incsvr.tracing.model import TracedModel
 from service.live.tracing_process import NO_ANSWER
@@ -56,13 +58,16 @@ def main(folder: Path) -> int:
 
 
 def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
-    """What a piece of work answers, of the axis as if by itself: what its body takes is taken from the torque before.
+    """What a piece of work answers, of the axis as if by itself: what its body takes, and what the learned damping says
+    of further velocities, is taken from the torque before.
 
     Raises:
         BadInput: the data cannot answer.
     """
     if "body" in job:
         streams, _ = decoupled_streams(Coupled.from_dict(job["body"]), streams, job["smoothing"])
+    if "surface" in job:
+        streams = streams_by_itself(Model.from_dict(job["surface"]), streams, MAX_PAUSE_S)
     return _compare(job, streams) if job["work"] == "prove" else _trace(job, streams)
 
 

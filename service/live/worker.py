@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any, Protocol
 
+from incsvr.learning.model import Model
 from incsvr.numerics import Streams
 from service.config.configuration import Config
 from service.config.sections import Tracing
@@ -33,11 +34,12 @@ def recent_streams(streams: Streams, settings: Tracing, state: TracingState, wor
     }
 
 
-def job(config: Config, state: TracingState, work: Work, newest: float) -> dict[str, Any]:
-    """The work that is due at `newest` [s], as `service.live.tracing_job.answer` takes it."""
+def job(config: Config, state: TracingState, work: Work, newest: float, model: Model) -> dict[str, Any]:
+    """The work that is due at `newest` [s], as `service.live.tracing_job.answer` takes it; `model` is served."""
     coupled, smoothing = config.coupled(), config.signals.smoothing
     body = {} if coupled is None else {"body": coupled.to_dict(), "smoothing": smoothing}
-    return body | _job(config, state, work, newest)
+    surface = {} if model.several is None else {"surface": model.to_dict()}
+    return body | surface | _job(config, state, work, newest)
 
 
 def _job(config: Config, state: TracingState, work: Work, newest: float) -> dict[str, Any]:
@@ -55,7 +57,7 @@ def _job(config: Config, state: TracingState, work: Work, newest: float) -> dict
     return {
         "work": work,
         "signals": asdict(config.signal_settings()),
-        "learner": asdict(config.learner_settings()),
+        "learner": asdict(replace(config.learner_settings(), others=(), fastest={}, near={})),  # the axis by itself
         "fresh": _fresh(config.tracing, state, newest),
         "closed": content.loop != "open",
         "without": None if role == "active" or state.active is None else state.active.model,

@@ -17,7 +17,7 @@ from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several_velocities.density import forgetting
 from incsvr.learning.several_velocities.drag import Drag, fitted
-from incsvr.learning.several_velocities.freeing import by_itself
+from incsvr.learning.several_velocities.freeing import by_itself, streams_by_itself
 from incsvr.learning.several_velocities.paper import near_distances
 from incsvr.learning.several_velocities.surface import Several
 from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
@@ -235,3 +235,21 @@ def test_the_checks_see_a_torque_that_is_reversed_and_no_fault_in_sound_motion()
         state, verdict, _ = checked_learner.learn(settings, known, state, batch)
         verdicts.append(verdict)
     assert not any(verdict.learn for verdict in verdicts[1:])
+
+
+def test_the_streams_of_the_axis_by_itself_keep_the_damping_at_the_usual_velocities() -> None:
+    state, _ = learned("weighted")
+    several = state.model.several
+    assert several is not None
+    time: Array = np.linspace(0.0, 60.0, 1201)
+    rate, surge, sway = 0.2 * np.sin(0.3 * time), 0.8 + 0.3 * np.sin(0.2 * time), 0.2 * np.cos(0.4 * time)
+    torque = state.model.over(np.column_stack((rate, surge, sway))).damping
+    known = (time < 20.0) | (time > 25.0)
+    streams = {"yaw_rate": (time, rate), "torque": (time, torque), "surge": (time, surge)}
+    alone = streams_by_itself(state.model, {**streams, "sway": (time[known], sway[known])}, 1.0)
+    at, left = alone["torque"]
+    assert not np.any((at > 20.0) & (at < 25.0))
+    assert left == pytest.approx(state.model.predict(np.interp(at, time, rate)).damping, abs=1e-9)
+    assert np.std(left) < 0.8 * np.std(torque)
+    with pytest.raises(BadInput, match="surge, sway"):
+        streams_by_itself(state.model, streams, 1.0)

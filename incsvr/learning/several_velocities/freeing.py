@@ -1,7 +1,8 @@
-"""Samples of the axis as if it were by itself: what the other velocities take of them is told and taken out.
+"""The axis as if it were by itself: what the other velocities take of samples, or of streams, is told and taken out.
 
-Two things are asked of one axis at a time. Whether the torque made a motion (driven.py) is told by the work of damping,
-and what sway makes of the yaw moment does work of either sign. And what the checks of the streams know is one curve.
+Three things are asked of one axis at a time. Whether the torque made a motion (driven.py) is told by the work of
+damping, and what sway makes of the yaw moment does work of either sign. What the checks of the streams know is one
+curve. And what the tracer fits beside its effects is one curve as well.
 """
 
 from __future__ import annotations
@@ -10,14 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from incsvr.errors import BadInput
 from incsvr.learning.iteration import Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several_velocities.drag import Drag, fitted
 from incsvr.learning.several_velocities.training import fastest_of, independent
 from incsvr.learning.several_velocities.velocities import points
-from incsvr.numerics import Array
-from incsvr.signals.raw import TORQUE
+from incsvr.numerics import Array, Streams
+from incsvr.signals import TORQUE, YAW_RATE, raw
 from incsvr.signals.samples import Samples
 
 
@@ -49,7 +51,46 @@ def as_one_curve(model: Model, batch: Samples) -> Samples:
     there, usual = model.at(batch), model.predict(batch.yaw_rate)
     share = np.where(there.extrapolated, 0.0, np.minimum(usual.sigma / there.sigma, 1.0))
     damping = usual.damping + share * (batch.damping - there.damping)
-    raw = dict(batch.raw)
-    if TORQUE in raw:  # some checks look at what the torque itself does
-        raw[TORQUE] = raw[TORQUE] - (batch.damping - damping)
-    return replace(batch, damping=damping, raw=raw)
+    kept = dict(batch.raw)
+    if raw.TORQUE in kept:  # some checks look at what the torque itself does
+        kept[raw.TORQUE] = kept[raw.TORQUE] - (batch.damping - damping)
+    return replace(batch, damping=damping, raw=kept)
+
+
+def streams_by_itself(model: Model, streams: Streams, longest_pause: float) -> Streams:
+    """The streams of a vehicle, with what a model over several velocities says of the others taken from the torque.
+
+    Of the damping at the measured velocities that at the usual ones stays. Values of the torque at which a velocity is
+    not known are left out.
+
+    Args:
+        model: trained over several velocities.
+        streams: name → (stamps [s], values).
+        longest_pause: between two values of a velocity across which it is known [s].
+
+    Raises:
+        BadInput: the others are never known while the torque is.
+    """
+    several = model.several
+    if several is None:
+        return streams
+    time, torque = streams[TORQUE]
+    known = np.ones(time.size, dtype=bool)
+    for name in several.others:
+        stamps = streams[name][0] if name in streams else np.empty(0)
+        after = np.clip(np.searchsorted(stamps, time), 1, max(stamps.size - 1, 1))
+        if stamps.size < 2:
+            known[:] = False
+            continue
+        known &= (time >= stamps[0]) & (time <= stamps[-1]) & (stamps[after] - stamps[after - 1] <= longest_pause)
+    if known.sum() < 2:
+        raise BadInput(
+            f"the velocities {', '.join(several.others)} that damping is learned over do not come while the torque does"
+        )
+    at = time[known]
+    rate, *others = (np.interp(at, *streams[name]) for name in (YAW_RATE, *several.others))
+    there, usual = (
+        several.value(velocity, model.gamma, model.weight)
+        for velocity in (np.column_stack((rate, *others)), several.beside(rate))
+    )
+    return {**streams, TORQUE: (at, torque[known] - (there - usual))}
