@@ -30,7 +30,7 @@ class Settings:
         near_rate, near_damping: a [rad/s], b [N m] of the inclusion.
         bins: equal bins over `rate_range` for the forgetting (the paper does not give their number).
         rate_range: the vehicle's lowest and highest yaw rate [rad/s].
-        policy: rule that selects the kept samples: "paper" or "weighted".
+        policy: which samples are kept, "paper" or "weighted".
         solver: "exact", or "passes" of Eq. 8 with a warm start.
         own: the axis's own velocity, as recordings call it.
         others: further velocities that damping is learned over, channels of the samples; none by default.

@@ -230,7 +230,7 @@ def _proposed(summary: LogSummary) -> list[str]:
     lines += wrapped("  missing: ", proposal.missing.values())
     armed = None if measured is None else _armed(measured)
     if measured is not None:
-        said = "armed state unknown" if armed is None else "never armed: nothing to learn from"
+        said = "not in the log" if armed is None else "never armed: nothing to learn from"
         if armed is not None and armed["ever"]:
             said = f"armed for {armed['seconds']:.4g} s"
         lines.append(f"  armed: {said}")
