@@ -15,6 +15,8 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES, stream_of
+from incsvr.signals import REQUIRED
 from service.bus.session import BusRefusal, client_config, client_place, nobody_at, open_session, stop_event
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
@@ -60,18 +62,29 @@ def run(args: argparse.Namespace) -> int:
     others = [] if args.axis is not None else _of_other_axes(args, config)
     if not others:
         return play_to_learner(args, config, messages(recording.streams()), recording.name)
-    played = replace(messages(_placed(((config.each()[0], recording), *others))), whole_keys=True)
+    played = replace(messages(placed(((config.each()[0], recording), *others))), whole_keys=True)
     return play_to_learner(args, config, played, recording.name, [learner.prefix for learner, _ in others])
 
 
-def _placed(axes: Sequence[tuple[Config, Recording]]) -> Streams:
-    """The streams of each axis by their keys, but velocities that its learner is told by another one."""
+def placed(axes: Sequence[tuple[Config, Recording]]) -> Streams:
+    """The streams of each axis by their keys, but those that its learner is told by another one."""
+    first = axes[0][0]
     return {
         Keys(learner.prefix).stream(name): stream
         for learner, recording in axes
         for name, stream in recording.streams().items()
         if not any(name in learner.hears(other) and name in learner.signal_settings().channels for other, _ in axes)
+        and (not first.leads(learner) or _comes_once(name, learner, [each for each, _ in axes]))
     }
+
+
+def _comes_once(name: str, learner: Config, learners: Sequence[Config]) -> bool:
+    """Whether a stream is to come to a learner of a vehicle file: its own two, and to the first what no other has."""
+    if name in REQUIRED or learner is not learners[0]:
+        return name in REQUIRED
+    others = [AXES[each.vehicle.axis] for each in learners[1:]]
+    own = AXES[learner.vehicle.axis]
+    return name not in {*(stream_of(own, each.rate) for each in others), *(each.effort for each in others)}
 
 
 def _of_other_axes(args: argparse.Namespace, config: Config) -> list[tuple[Config, Recording]]:

@@ -1,24 +1,40 @@
-"""`incsvr simulate`: plays the Leng plant onto the keys; the configuration's `simulation` is the scenario."""
+"""`incsvr simulate`: plays the Leng plant onto the keys; the configuration's `simulation` is the scenario.
+
+With `--vehicle FILE --commands LOG` it plays the vehicle of a vehicle file to the learners of all its axes.
+"""
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
+from service.config.configuration import Config
 from service.config.sources import from_arguments
+from service.config.vehicle_file import read_vehicle
 from service.recordings.manoeuvre import read_manoeuvre
-from service.recordings.recording import sequence
+from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.recording import Recording, of_axis, sequence
 from service.recordings.recording_csv import write
-from service.wire.json_text import write_json
+from service.wire.json_text import json_text, write_json
 from simulator import leng, planar, underway
 from simulator.messages import Faults, messages
-from simulator.replay import add_player_arguments, play_to_learner
+from simulator.replay import add_player_arguments, placed, play_to_learner
 from simulator.steered import steered
+from simulator.whole_vehicle import moved_by
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_player_arguments(parser)
+    add_log_arguments(parser, axis=False)
+    parser.add_argument(
+        "--vehicle", metavar="FILE", type=Path, help="play the vehicle of this vehicle file (`incsvr identify --write`)"
+    )
+    parser.add_argument(
+        "--commands", metavar="LOG", type=Path, help="with --vehicle: the log whose efforts drive it, of any format"
+    )
     parser.add_argument("--write", metavar="DIR", type=Path, help="write the recordings there instead of playing them")
     parser.add_argument(
         "--torque",
@@ -34,8 +50,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _play_whole_vehicle(args: argparse.Namespace, config: Config, file: Path) -> int:
+    """Plays the vehicle of a file, as the efforts of a log drive it, to the learners of its axes."""
+    if args.commands is None:
+        raise BadInput(f"nothing drives the vehicle of {file}; give a log with its efforts, --commands LOG")
+    log = sequence(Reading.of(args, config).of_all([args.commands]))
+    recording = moved_by(log.streams(), read_vehicle(file), f"{config.vehicle.name} under {log.name}")
+    if args.write is not None:
+        return _written(args.write, [replace(recording, name="whole")])
+    learners = config.each()
+    what = messages(placed([(each, of_axis(recording, AXES[each.vehicle.axis])) for each in learners]))
+    prefixes = [each.prefix for each in learners[1:]]
+    return play_to_learner(args, config, replace(what, whole_keys=True), recording.name, prefixes)
+
+
+def _written(folder: Path, runs: list[Recording]) -> int:
+    """Writes recordings instead of playing them. Exit status."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for recording in runs:
+            write(folder / f"{recording.name}.csv", recording)
+    except OSError as error:
+        raise BadInput(f"the recordings cannot be written to {folder} ({error}); name another folder") from error
+    return 0
+
+
 def run(args: argparse.Namespace) -> int:
+    if args.vehicle is not None:
+        args.set.append(f"vehicle.file={json_text(str(args.vehicle))}")
     config = from_arguments(args)
+    if config.vehicle.file is not None:
+        return _play_whole_vehicle(args, config, config.vehicle.file)
     scenario = config.simulation
     if args.torque is not None and scenario.underway is not None:
         raise BadInput("--torque and simulation.underway play two different acts; leave one of them")
@@ -52,15 +97,7 @@ def run(args: argparse.Namespace) -> int:
     if act is not None:
         runs.append(act.recording)
     if args.write is not None:
-        try:
-            args.write.mkdir(parents=True, exist_ok=True)
-            for recording in runs:
-                write(args.write / f"{recording.name}.csv", recording)
-        except OSError as error:
-            raise BadInput(
-                f"the recordings cannot be written to {args.write} ({error}); name another folder"
-            ) from error
-        return 0
+        return _written(args.write, runs)
     faults = Faults(scenario.drop_outs, scenario.drop_out_length, scenario.jitter, scenario.duplicates)
     whole = sequence(runs)
     status = play_to_learner(args, config, messages(whole.streams(), faults, scenario.seed), whole.name)

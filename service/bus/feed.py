@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from incsvr.numerics import Array
-from incsvr.signals import YAW_RATE
 from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode
 
@@ -51,12 +51,12 @@ class Feed:
     """The subscriptions of one learner, emptied into it; `drain` empties them.
 
     Attributes:
-        onward: who else in this process is told each yaw rate that may be learned from.
+        onward: by stream, who else in this process is told what of it may be learned from.
     """
 
     def __init__(self, node: LearnerNode, watch: HealthWatch, subscriptions: Sequence[Subscriptions]) -> None:
         self._node, self._watch, self._subscriptions = node, watch, subscriptions
-        self.onward: list[Listener] = []
+        self.onward: defaultdict[str, list[Listener]] = defaultdict(list)
         self._waiting: list[list[Measurements]] = [[] for _ in subscriptions]
 
     def drain(self) -> bool:
@@ -73,7 +73,7 @@ class Feed:
                 self._watch.add_values(each.name, each.t, each.value)
             for each in arrived.learnable:
                 waiting.append(each)
-                for listener in self.onward if each.name == YAW_RATE else ():
+                for listener in self.onward.get(each.name, ()):
                     batch_waits |= listener(each.t, each.value)
         return batch_waits
 

@@ -44,6 +44,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
     parser.add_argument("--listen", metavar="ENDPOINT", help="endpoint to listen at, such as tcp/127.0.0.1:7447")
     parser.add_argument(
+        "--vehicle",
+        metavar="FILE",
+        type=Path,
+        help="a vehicle file (`incsvr identify --write`): learns every axis that it has an actuator for",
+    )
+    parser.add_argument(
         "--archive", metavar="DIR", type=Path, help="archive all messages in this folder, as MCAP files of limited size"
     )
 
@@ -51,6 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     if args.listen is not None:
         args.set.append(f"bus.listen={args.listen}")
+    if args.vehicle is not None:
+        args.set.append(f"vehicle.file={json_text(str(args.vehicle))}")
     if args.archive is not None:
         args.set.append(f"archive.directory={json_text(str(args.archive))}")
     config = from_arguments(args)

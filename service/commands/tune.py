@@ -25,7 +25,7 @@ from service.config.sources import read as read_config
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import sequence
 from service.recordings.recording_csv import RATE_LIMIT
-from service.recordings.samples_from_recording import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
+from service.recordings.samples_from_recording import learner_for, signals_for
 
 EXPERIMENT = "simulator.leng"
 """Simulates the paper's experiment; loaded when asked for."""

@@ -135,6 +135,11 @@ class Config(Section):
             return ()
         return (stream_of(AXES[self.vehicle.axis], AXES[other.vehicle.axis].rate),)
 
+    def leads(self, other: Config) -> bool:
+        """Whether both are of one vehicle file, so that channels come to the first of its learners for all of them."""
+        mine, its = self.vehicle, other.vehicle
+        return mine.file is not None and (mine.file, mine.name) == (its.file, its.name)
+
     def each(self) -> tuple[Config, ...]:
         """The configuration of every learner in this process: this one, then those of `also`."""
         base = self.model_dump(exclude={"also"})

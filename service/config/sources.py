@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.config.axes_of_file import vehicle_file_of, with_axes_of_file
 from service.config.configuration import Config, merge, validate
 from service.config.core_yaml import MAX_CHARACTERS, Document, parse
 from service.inputs.presets.defaults import defaults
@@ -67,8 +68,10 @@ def read(
     for place in _places(variables):
         where[place] = "the variable INCSVR_" + "__".join(place).upper()
     values = merge(merge(values, variables), flags or {})
-    values = merge(defaults(values), values)
+    values = with_axes_of_file(merge(defaults(values), values))
     where |= origin or {}
+    if vehicle_file_of(values) is not None:  # what stands there now are the file's learners
+        where = {place: source for place, source in where.items() if place[:1] != ("also",) or len(place) == 1}
     config = validate(values, where)
     for index, entry in enumerate(config.also):
         below = {place[2:]: source for place, source in where.items() if place[:2] == ("also", str(index))}

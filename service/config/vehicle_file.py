@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from incsvr.errors import BadInput
-from incsvr.vehicle import Vehicle
 from service.config.core_yaml import parse
 from service.wire.json_text import json_text
+
+if TYPE_CHECKING:
+    from incsvr.vehicle import Vehicle
 
 HEAD = """\
 # The model of a whole vehicle, written by `incsvr identify`: M dν/dt + C(ν) ν + Σ c φ(ν, τ, η) = τ.
@@ -35,6 +37,22 @@ def read_vehicle(path: Path) -> Vehicle:
     Raises:
         BadInput: naming the file, what is wrong, and the cure.
     """
+    # Loaded where it is needed alone: what identifies vehicles brings 60 MB with it, which no learner needs.
+    from incsvr.vehicle import Vehicle
+
+    values = read_values(path)
+    try:
+        return Vehicle.from_dict(values)
+    except BadInput as error:
+        raise BadInput(f"{path}: {error}") from None
+
+
+def read_values(path: Path) -> Mapping[str, Any]:
+    """The plain data in a vehicle file.
+
+    Raises:
+        BadInput: naming the file, what is wrong, and the cure.
+    """
     try:
         if path.stat().st_size > MAX_BYTES:
             raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
@@ -43,13 +61,10 @@ def read_vehicle(path: Path) -> Vehicle:
         raise BadInput(f"{path}: there is no such file; `incsvr identify LOG --write {path}` writes one") from None
     except (OSError, UnicodeDecodeError):
         raise BadInput(f"{path}: cannot be read as text; give a file that `incsvr identify --write` wrote") from None
-    try:
-        values = parse(text, str(path)).value
-        if not isinstance(values, Mapping):
-            raise BadInput("this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
-        return Vehicle.from_dict(values)
-    except BadInput as error:
-        raise BadInput(str(error) if str(path) in str(error) else f"{path}: {error}") from None
+    values = parse(text, str(path)).value
+    if not isinstance(values, Mapping) or values.get("vehicle_file") != 1:
+        raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
+    return values
 
 
 def _lines(values: Mapping[str, Any], indent: str) -> list[str]:

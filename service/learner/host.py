@@ -21,6 +21,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.signals import YAW_RATE
 from service import wire
 from service.bus.feed import Feed
 from service.bus.ingest import Ingest
@@ -137,10 +138,20 @@ class Host:
         for other in others:
             for name in other._config.hears(self._config):
                 if name in other._config.signal_settings().channels:
-                    self.feed.onward.append(partial(other._push_velocity, name))
+                    self.feed.onward[YAW_RATE].append(partial(other._push, name))
 
-    def _push_velocity(self, name: str, t: Array, value: Array) -> bool:
-        """A velocity from another learner of this process; True where a batch waits."""
+    def send_channels_to(self, others: Sequence[Host]) -> None:
+        """The channels that come to the first learner of a vehicle file go to the others that wait for them."""
+        for other in others:
+            if other is self or not self._config.leads(other._config):
+                continue
+            told = {name for each in others for name in other._config.hears(each._config)}
+            for name in other._config.signal_settings().channels:
+                if name not in told:
+                    self.feed.onward[name].append(partial(other._push, name))
+
+    def _push(self, name: str, t: Array, value: Array) -> bool:
+        """A stream from another learner of this process; True where a batch waits."""
         self.watch.add_values(name, t, value)
         return self.node.push(name, t, value)
 

@@ -38,6 +38,8 @@ class WorkerThreads:
         self._hosts, self._stroke, self._period = hosts, stroke, period
         for host in first_of_each_axis(hosts):
             host.send_velocity_to(hosts)
+        if hosts:
+            hosts[0].send_channels_to(hosts)
         self._stop, self._batch = threading.Event(), threading.Event()
         self._threads = [
             threading.Thread(target=work, name=work.__name__.strip("_"), daemon=True)

@@ -12,6 +12,7 @@ from incsvr.compensation.freeing import takes_torque
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
+from incsvr.learning.scaling import scaled_to
 from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
@@ -24,8 +25,6 @@ from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS
 from service.recordings.recorded_streams import refuse_bursts, remarks_of
 from service.recordings.recording import Recording, Streams
 
-PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
-"""The range for which the paper's settings were tuned [rad/s], [N m]."""
 RATE_BINS = 10
 """Bins of the rates between RATE_QUANTILES."""
 RATE_QUANTILES = (0.01, 0.99)
@@ -141,20 +140,11 @@ def learner_for(samples: Samples, **chosen: object) -> Settings:
 
     They were tuned for ±0.25 rad/s and ±100 N m; lengths in yaw rate and in torque are scaled to what `samples` span.
     """
-    rate = float(np.abs(samples.yaw_rate).max(initial=0.0)) / PAPER_RATE
-    torque = float(np.abs(samples.damping).max(initial=0.0)) / PAPER_TORQUE
-    if not (rate > 0.0 and torque > 0.0):
+    rate = float(np.abs(samples.yaw_rate).max(initial=0.0))
+    damping = float(np.abs(samples.damping).max(initial=0.0))
+    if not (rate > 0.0 and damping > 0.0):
         raise BadInput("yaw rate or damping is zero in every sample; give recordings in which the vehicle turns")
-    paper = Settings()
-    scaled = {
-        "gamma": paper.gamma / rate**2,
-        "C": paper.C * torque,
-        "epsilon": paper.epsilon * torque,
-        "near_rate": paper.near_rate * rate,
-        "near_damping": paper.near_damping * torque,
-        "rate_range": (paper.rate_range[0] * rate, paper.rate_range[1] * rate),
-    }
-    return Settings(**scaled, **chosen)  # type: ignore[arg-type]
+    return scaled_to(rate, damping, **chosen)
 
 
 def pauses(recording: Recording, gap: float) -> list[str]:

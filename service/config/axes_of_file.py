@@ -1,0 +1,220 @@
+"""The learners that a vehicle file stands for: one for each axis that was identified with an actuator.
+
+They become values of the configuration, those of the first axis at its top and the others in `also`, so that `incsvr
+config show` prints each. What the configuration says itself goes before what the file says.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.learning.scaling import scaled_to
+from incsvr.numerics import Array
+from incsvr.plant.attitude import ATTITUDE
+from incsvr.plant.axes import AXES, stream_of
+from incsvr.plant.body import Coupled
+from service.config.configuration import Config, merge
+from service.config.vehicle import Vehicle
+from service.config.vehicle_file import read_values
+
+RATE_LIMIT_FACTOR = 3.0
+"""A velocity beyond so many times the fastest one of the file's data is no measurement."""
+MAX_RATE_LIMIT = 50.0
+"""The largest rate limit that the configuration takes [rad/s], [m/s]."""
+EFFORT_LIMIT_FACTOR = 20.0
+"""An effort beyond so many times the damping at the fastest velocity is no measurement: one in another unit is."""
+MIN_FASTEST = 1e-6
+"""A velocity that never moved is scaled by this one [m/s], [rad/s]."""
+SLOWEST_DECAY_S = 10.0
+"""A damping that was found to be next to nothing counts as one by which the velocity decays in this time [s]."""
+SCALED = ("gamma", "C", "epsilon", "near_rate", "near_damping")
+"""The settings of a learner that have the units of its axis."""
+GRAVITY = 9.81
+"""[m/s²]"""
+
+
+@dataclass(frozen=True, slots=True)
+class FileContent:
+    """What learners need of a vehicle file. `incsvr.vehicle.Vehicle` holds all of it, and takes 60 MB to load.
+
+    Attributes:
+        name: of the vehicle, as the configuration takes it.
+        axes: those that the model predicts, in the order of ν.
+        learned: those of them with an actuator.
+        mass: M (6, 6), zero where an axis is not predicted.
+        terms: axis → term → its coefficient.
+        fastest: axis → its fastest velocity in the data [m/s], [rad/s].
+    """
+
+    name: str
+    axes: tuple[str, ...]
+    learned: tuple[str, ...]
+    mass: Array
+    terms: Mapping[str, Mapping[str, float]]
+    fastest: Mapping[str, float]
+
+    @staticmethod
+    def read(path: Path) -> FileContent:
+        """The content of a file.
+
+        Raises:
+            BadInput: it is no vehicle file, or no axis of it has an actuator.
+        """
+        values = read_values(path)
+        try:
+            mass = np.zeros((6, 6))
+            for pair, entry in values["mass_matrix"].items():
+                row, column = (_place(axis) for axis in pair.split(","))
+                mass[row, column] = mass[column, row] = float(entry["value"])
+            terms = {
+                axis: {name: float(term["value"]) for name, term in of_axis.items()}
+                for axis, of_axis in values["terms"].items()
+            }
+            fastest = {axis: float(values["fastest"][axis]) for axis in AXES}
+            axes = tuple(axis for axis in AXES if axis in values["axes"])
+            learned = tuple(axis for axis in axes if axis in values["driven"])
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise BadInput(
+                f"{path}: the vehicle file is incomplete or damaged ({error!r}); write it anew with `incsvr identify`"
+            ) from None
+        if not learned:
+            raise BadInput(
+                f"{path}: no axis of this vehicle has an actuator, so there is no damping to learn; identify it from a "
+                "log that holds the efforts"
+            )
+        name = re.sub(r"[^A-Za-z0-9_.-]+", "-", str(values.get("name", "")))[:64] or "vehicle"
+        return FileContent(name, axes, learned, mass, terms, fastest)
+
+    def inertia(self, axis: str) -> float:
+        """M_ii [kg], [kg m²]."""
+        return float(self.mass[_place(axis), _place(axis)])
+
+    def term(self, axis: str, name: str) -> float:
+        """The coefficient of a term; zero where the model has none."""
+        return self.terms.get(axis, {}).get(name, 0.0)
+
+
+def with_axes_of_file(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a configuration, with a learner for each axis of its `vehicle.file`, if it names one.
+
+    Raises:
+        BadInput: the file is no vehicle file, or no axis of it has an actuator.
+    """
+    file = vehicle_file_of(values)
+    if file is None:
+        return dict(values)
+    vehicle = FileContent.read(Path(file))
+    above, last = _place_of_prefix(values)
+    wanted = [last, values["vehicle"].get("axis"), "yaw", *vehicle.learned]
+    first = next(name for name in wanted if name in vehicle.learned)
+    given = [entry for entry in values.get("also") or () if isinstance(entry, Mapping)]
+    own, others = _by_axis(given, vehicle.learned)
+    for_all = {name: values[name] for name in ("vehicle", "learner", "signals") if name in values}
+    for_all["vehicle"] = {name: value for name, value in for_all["vehicle"].items() if name not in ("axis", "file")}
+    found = {
+        name: merge(merge({"prefix": f"{above}{name}", **_learner(vehicle, name)}, for_all), own.get(name, {}))
+        for name in (first, *(name for name in vehicle.learned if name != first))
+    }
+    top = found.pop(first)
+    also = [_differing(entry, top) for entry in found.values()]
+    return {**values, **top, "vehicle": {**top["vehicle"], "file": str(file)}, "also": [*also, *others]}
+
+
+def vehicle_file_of(values: Mapping[str, Any]) -> str | Path | None:
+    """The vehicle file that the values of a configuration name; None where they name none."""
+    section = values.get("vehicle")
+    file = section.get("file") if isinstance(section, Mapping) else None
+    return file if isinstance(file, str | Path) else None
+
+
+def _place(axis: str) -> int:
+    return list(AXES).index(axis)
+
+
+def _place_of_prefix(values: Mapping[str, Any]) -> tuple[str, str]:
+    """What the prefixes of all axes begin with, and the axis that the configured one ends with, or nothing."""
+    prefix = str(values.get("prefix", Config.model_fields["prefix"].default))
+    above, slash, last = prefix.rpartition("/")
+    return (f"{above}{slash}", last) if last in AXES else (f"{prefix}/", "")
+
+
+def _by_axis(
+    also: list[Mapping[str, Any]], learned: tuple[str, ...]
+) -> tuple[dict[str, Mapping[str, Any]], list[Mapping[str, Any]]]:
+    """The entries of `also` that speak of an axis of the file, by that axis, and those of other learners."""
+    own: dict[str, Mapping[str, Any]] = {}
+    others = []
+    for entry in also:
+        section = entry.get("vehicle")
+        axis = section.get("axis") if isinstance(section, Mapping) else None
+        if axis in learned and axis not in own:
+            own[str(axis)] = entry
+        else:
+            others.append(entry)
+    return own, others
+
+
+def _differing(entry: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
+    """What of an entry of `also` is not as at the top."""
+    found = {}
+    for name, value in entry.items():
+        above = top.get(name)
+        if isinstance(value, Mapping) and isinstance(above, Mapping):
+            value = _differing(value, above)
+            if value:
+                found[name] = value
+        elif name not in top or value != above:
+            found[name] = value
+    return found
+
+
+def _learner(vehicle: FileContent, axis: str) -> dict[str, Any]:
+    """What the file says of the learner of one axis."""
+    fastest = float(f"{max(vehicle.fastest[axis], MIN_FASTEST):.3g}")
+    damping = _largest_damping(vehicle, axis, fastest)
+    section = {
+        "name": vehicle.name,
+        "axis": axis,
+        "mass_matrix": vehicle.mass.ravel().tolist(),
+        "rate_range": [-fastest, fastest],
+        "rate_limit": min(float(f"{RATE_LIMIT_FACTOR * fastest:.3g}"), MAX_RATE_LIMIT),
+        "torque_limit": float(f"{EFFORT_LIMIT_FACTOR * damping:.3g}"),
+        **_weights(vehicle, axis),
+    }
+    recorded = (*(AXES[name].rate for name in vehicle.axes), *ATTITUDE)
+    coupled = Coupled(AXES[axis], vehicle.mass, recorded, Vehicle(**section).restoring)
+    told = {stream_of(AXES[axis], AXES[name].rate) for name in vehicle.learned}
+    settings = scaled_to(fastest, damping)
+    return {
+        "vehicle": section,
+        "learner": {name: float(f"{getattr(settings, name):.3g}") for name in SCALED},
+        "signals": {"channels": [name for name in coupled.streams if name not in told]},
+    }
+
+
+def _largest_damping(vehicle: FileContent, axis: str, fastest: float) -> float:
+    """d at the fastest velocity [N], [N m]."""
+    least = vehicle.inertia(axis) * fastest / SLOWEST_DECAY_S
+    return max(vehicle.term(axis, "linear") * fastest + vehicle.term(axis, "quadratic") * fastest**2, least)
+
+
+def _weights(vehicle: FileContent, axis: str) -> dict[str, Any]:
+    """Weight, buoyancy and centre of gravity that make the file's restoring term of this axis.
+
+    The file knows W − B (heave) and z_g W (roll, pitch) alone. With the centre of buoyancy at the origin, and B = W
+    but for heave, the force is the file's whatever W is: it is taken for that of the mass along surge or heave.
+    """
+    term = vehicle.term(axis, "weight" if axis == "heave" else "righting")
+    if not term:
+        return {"weight": None, "buoyancy": None, "centre_of_gravity": [0.0, 0.0, 0.0]}
+    weight = max(GRAVITY * vehicle.inertia("surge"), GRAVITY * vehicle.inertia("heave"), 2.0 * abs(term))
+    if axis == "heave":
+        return {"weight": weight, "buoyancy": weight - term, "centre_of_gravity": [0.0, 0.0, 0.0]}
+    return {"weight": weight, "buoyancy": None, "centre_of_gravity": [0.0, 0.0, term / weight]}
