@@ -6,7 +6,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array, Streams, cell_means
-from incsvr.plant.attitude import kinematics
+from incsvr.plant.attitude import ATTITUDE, kinematics
 from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES
 from incsvr.vehicle import Vehicle, WholeMotion
 from incsvr.vehicle.motion import ANGLES, is_held, period
@@ -17,7 +17,9 @@ MAX_STEP_S = 0.02
 
 
 def moved_by(log: Streams, vehicle: Vehicle, name: str) -> Recording:
-    """The recording of what a vehicle does from rest under the efforts of a log: velocities, attitude, efforts.
+    """The recording of what a vehicle does from rest under the efforts of a log: velocities, roll, pitch, efforts.
+
+    The heading is left out: a learner of yaw holds it against the gyro as if the vehicle stayed level.
 
     Args:
         log: streams by the names of recordings, of which the efforts along driven axes are taken.
@@ -42,7 +44,7 @@ def moved_by(log: Streams, vehicle: Vehicle, name: str) -> Recording:
     velocity = vehicle.free_run(_at_rest(vehicle, drive, step))
     angle = _attitude(velocity, step)
     found = {AXES[axis].rate: (edges[:-1], velocity[:, _place(axis)]) for axis in vehicle.axes}
-    found |= {each: (edges[:-1], angle[:, k]) for k, each in enumerate(ANGLES)}
+    found |= {each: (edges[:-1], angle[:, k]) for k, each in enumerate(ATTITUDE)}
     # The mean of a cell is what acts in its middle.
     middle = edges[:-1] + 0.5 * step
     return from_streams(name, found | {AXES[axis].effort: (middle, drive[:, _place(axis)]) for axis in vehicle.driven})

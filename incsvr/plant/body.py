@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -40,12 +40,22 @@ class Coupled:
         recorded: names of the other velocities, and of the angles roll and pitch, that are measured; those that are not
             are taken for zero.
         weights: weight and buoyancy; None leaves g(η) out.
+        appearing: names of the other velocities that appear in the equation of this axis. They follow from M, and are
+            looked up for every sample.
     """
 
     axis: Axis
     mass: Array
     recorded: tuple[str, ...]
     weights: Restoring | None = None
+    appearing: tuple[str, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        own = self._own
+        pairs = products(self.mass, own)
+        there = (pairs != 0.0).any(axis=0) | (pairs != 0.0).any(axis=1) | (self.mass[own] != 0.0)
+        appearing = tuple(name for k, name in enumerate(VELOCITIES) if there[k] and k != own)
+        object.__setattr__(self, "appearing", appearing)
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data; `from_dict` makes the same of it."""
@@ -70,7 +80,7 @@ class Coupled:
     @property
     def velocities(self) -> tuple[str, ...]:
         """The other velocities that appear in the equation of this axis and are recorded."""
-        return tuple(name for name in self._appearing() if name in self.recorded)
+        return tuple(name for name in self.appearing if name in self.recorded)
 
     @property
     def angles(self) -> tuple[str, ...]:
@@ -85,7 +95,7 @@ class Coupled:
     @property
     def missing(self) -> tuple[str, ...]:
         """Velocities and angles that appear and are not recorded."""
-        return tuple(name for name in (*self._appearing(), *self._turning()) if name not in self.recorded)
+        return tuple(name for name in (*self.appearing, *self._turning()) if name not in self.recorded)
 
     @property
     def streams(self) -> tuple[str, ...]:
@@ -140,12 +150,6 @@ class Coupled:
     @property
     def _own(self) -> int:
         return VELOCITIES.index(self.axis.rate)
-
-    def _appearing(self) -> tuple[str, ...]:
-        own = self._own
-        pairs = products(self.mass, own)
-        there = (pairs != 0.0).any(axis=0) | (pairs != 0.0).any(axis=1) | (self.mass[own] != 0.0)
-        return tuple(name for k, name in enumerate(VELOCITIES) if there[k] and k != own)
 
     def _turning(self) -> tuple[str, ...]:
         if self.weights is None:

@@ -72,7 +72,9 @@ class HealthWatch:
     ) -> None:
         self._limits, self._started, self._clock, self._askable = limits, started, clock, askable
         self._lock = threading.Lock()
-        self._streams: dict[str, StreamMonitor] = {name: StreamMonitor() for name in STREAM_NAMES}
+        self._streams: dict[str, StreamMonitor] = {
+            name: StreamMonitor(watches_stillness=name == "yaw_rate") for name in STREAM_NAMES
+        }
         self._refused: dict[str, int] = {}
         self._rejections = RecentRejections()
         self._failure: tuple[float, str] | None = None

@@ -17,6 +17,7 @@ from service.bus.sequence import Sequence
 class StreamMonitor:
     """One stream."""
 
+    watches_stillness: bool = False  # whether it is followed since when its value has been the same
     received: int = 0  # values
     sequence: Sequence = field(default_factory=Sequence)
     at: float | None = None  # wall time of the newest message
@@ -33,14 +34,19 @@ class StreamMonitor:
             t, value = t[believed], value[believed]
             if not t.size:
                 return t, value
-        # Over a jump of the clock nothing is known.
+        if self.watches_stillness:
+            self._follow_stillness(t, value)
+        self.t, self.value = float(t[-1]), float(value[-1])
+        return t, value
+
+    def _follow_stillness(self, t: Array, value: Array) -> None:
+        """Since when the value has been the same, as of these stamps (n,) [s] and values; over a jump of the clock
+        nothing is known."""
         changed = np.flatnonzero((value[1:] != value[:-1]) | (np.abs(np.diff(t)) > JUMP_S))
         if changed.size:
             self.still_since = float(t[changed[-1] + 1])
         elif value[0] != self.value or self.t is None or abs(float(t[0]) - self.t) > JUMP_S:
             self.still_since = float(t[0])
-        self.t, self.value = float(t[-1]), float(value[-1])
-        return t, value
 
     def health(self, now: float, reading: Reading | None) -> wire.StreamHealth:
         """What health says of it at a time of the wall's clock [s], with what the learner makes of it."""
