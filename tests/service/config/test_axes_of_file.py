@@ -1,0 +1,92 @@
+"""A vehicle file in the configuration: a learner for each axis that it has an actuator for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.service.six_axes import vehicle_of
+from incsvr.errors import BadInput
+from incsvr.vehicle import Vehicle
+from service.cli.command_line import main
+from service.config.configuration import Config, check_inertia
+from service.config.sources import read
+from service.config.vehicle_file import write_vehicle
+from simulator.six_degrees import BODIES, NAMES
+
+ROV = vehicle_of(BODIES["rov"](np.random.default_rng(61)))
+BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(61)), (1.0, 0.4, 0.0, 0.0, 0.0, 0.5))
+
+
+def of_file(tmp_path: Path, vehicle: Vehicle, **values: Any) -> Config:
+    """The configuration of a vehicle's file and of further values, with dots in their names."""
+    write_vehicle(tmp_path / "vehicle.yaml", vehicle)
+    return read(None, {"vehicle": {"file": str(tmp_path / "vehicle.yaml")}, **values})
+
+
+def test_each_axis_with_an_actuator_has_a_learner_in_its_own_units(tmp_path: Path) -> None:
+    config = of_file(tmp_path, ROV)
+    check_inertia(config)
+    learners = config.each()
+    assert [each.prefix for each in learners] == [f"leng/{axis}" for axis in ("yaw", *NAMES[:-1])]
+    for learner in learners:
+        place, axis = NAMES.index(learner.vehicle.axis), learner.vehicle.axis
+        fastest = float(ROV.fastest[place])
+        assert (learner.vehicle.name, learner.vehicle.inertia) == ("rov", ROV.mass_matrix[place, place])
+        assert learner.vehicle.rate_range == (-fastest, fastest)
+        assert learner.learner.gamma * fastest**2 == pytest.approx(Config().learner.gamma * 0.25**2, rel=0.01)
+        coupled = learner.coupled()
+        assert coupled is not None
+        assert coupled.missing == ()
+        angles = {"roll": np.array([0.3]), "pitch": np.array([-0.2])}
+        force = coupled.restoring(angles, 1)
+        righting = {"roll": np.sin(0.3) * np.cos(0.2), "pitch": np.sin(-0.2)}.get(axis)
+        if righting is None:
+            assert force is None
+        else:
+            assert force == pytest.approx(BODIES["rov"](np.random.default_rng(61)).righting * righting)
+
+
+def test_the_velocity_of_an_axis_without_actuators_comes_as_a_channel(tmp_path: Path) -> None:
+    yaw, surge = of_file(tmp_path, BOAT, prefix="fleet/boat").each()
+    assert (yaw.prefix, surge.prefix) == ("fleet/boat/yaw", "fleet/boat/surge")
+    assert set(yaw.signals.channels) == {"surge", "sway"}
+    assert set(surge.signals.channels) == {"sway", "body_yaw_rate"}
+
+
+def test_what_the_configuration_says_goes_before_what_the_file_says(tmp_path: Path) -> None:
+    also = [{"vehicle": {"axis": "surge", "rate_limit": 9.0}}, {"prefix": "other/yaw", "vehicle": {"name": "other"}}]
+    config = of_file(tmp_path, BOAT, prefix="boat/yaw", learner={"policy": "weighted", "bins": 7}, also=also)
+    yaw, surge, other = config.each()
+    assert {(each.learner.policy, each.learner.bins) for each in (yaw, surge)} == {("weighted", 7)}
+    assert (surge.prefix, surge.vehicle.rate_limit, other.prefix) == ("boat/surge", 9.0, "other/yaw")
+    assert surge.learner.gamma != yaw.learner.gamma
+
+
+def test_what_config_show_prints_gives_the_same_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    of_file(tmp_path, ROV)
+    assert main(["config", "show", "--set", f"vehicle.file={tmp_path}/vehicle.yaml", "--prefix", "auv/roll"]) == 0
+    shown = capsys.readouterr().out
+    assert "auv/heave" in shown
+    (tmp_path / "config.yaml").write_text(shown, encoding="utf-8")
+    again = read(tmp_path / "config.yaml")
+    assert again == of_file(tmp_path, ROV, prefix="auv/roll")
+    assert again.each()[0].prefix == "auv/roll"
+
+
+def test_a_damaged_file_and_one_without_actuators_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="no axis of this vehicle has an actuator"):
+        of_file(tmp_path, replace(ROV, driven=()))
+    text = (tmp_path / "vehicle.yaml").read_text(encoding="utf-8").replace("fastest:", "slowest:")
+    (tmp_path / "vehicle.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(BadInput, match="incomplete or damaged"):
+        read(None, {"vehicle": {"file": str(tmp_path / "vehicle.yaml")}})
+
+
+def test_a_mistake_in_a_learner_of_the_file_is_said(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"there is no learner\.gama"):
+        of_file(tmp_path, BOAT, also=[{"vehicle": {"axis": "surge"}, "learner": {"gama": 3.0}}])
