@@ -98,5 +98,3 @@ def _answer(folder: Path, command: list[str], rates: list[str]) -> dict[str, lis
     assert main([*command, "--json", str(folder / "answer.json"), "--", *rates]) == 0
     answer: dict[str, list[float]] = json.loads((folder / "answer.json").read_text(encoding="utf-8"))
     return answer
-
-
