@@ -58,7 +58,7 @@ def test_what_is_played_is_what_the_model_does_under_the_efforts(files: Path) ->
 
 def test_a_log_without_efforts_is_refused_with_the_cure() -> None:
     with pytest.raises(BadInput, match=r"--column surge_force=NAME .*--column torque=NAME"):
-        moved_by({"yaw_rate": (np.arange(3.0), np.zeros(3))}, VEHICLE, "log")
+        moved_by({"yaw_rate": (np.array([0.0, 1.0, 2.0]), np.zeros(3))}, VEHICLE, "log")
 
 
 def test_nothing_is_played_without_commands(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
