@@ -41,7 +41,7 @@ class RecordingSet:
             found = self._set_aside()
             if found is not None:
                 recording, self.recorded = found
-                log.info("%s goes on after revision %d", path, self.recorded)
+                log.info("%s continues after revision %d", path, self.recorded)
         self._open(recording)
 
     @property

@@ -93,7 +93,7 @@ class Screen:
             still.append(self._viewer.take_screenshot())
             return still[-1] if still[-1] == still[-2] else None
 
-        return _until(settled, SETTLE_S, lambda: "the picture never stands still")
+        return _until(settled, SETTLE_S, lambda: "the picture never settles")
 
     def save(self, path: Path) -> None:
         """Saves the picture, once the viewer's own notices are gone from it."""

@@ -37,8 +37,8 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
         Finding(
             f"{name} pace",
             decision,
-            f"the stamps of the {STREAM_WORDS[name]} come every {1e3 * usual[name] * (1.0 + change):.5g} ms, "
-            f"{100.0 * change:+.2g} % unlike those until {batch.time[0]:.10g} s: {follows}",
+            f"the stamps of the {STREAM_WORDS[name]} are {1e3 * usual[name] * (1.0 + change):.5g} ms apart, "
+            f"{100.0 * change:+.2g} % from those until {batch.time[0]:.10g} s: {follows}",
         )
         for name, change in changes.items()
         if abs(change) > PACE_CHANGE_RANGE[0]

@@ -136,7 +136,7 @@ def feedforward(
     ends = [torque, *(_command(stages, seen, moment + side)[0] for side in (-half, half))]
     remarks += [f"{plan_words(plan, where)}: {sentence}" for sentence, where in short]
     if compensation.delay > 0.0:
-        remarks.append(f"send each torque {compensation.delay:.3g} s before its time: the thrust comes so much later")
+        remarks.append(f"send each torque {compensation.delay:.3g} s before its time: the thrust is so much later")
     return Feedforward(
         plan.time, torque, np.minimum.reduce(ends), np.maximum.reduce(ends), inertial, damping, parts | taken,
         max(compensation.delay, 0.0), tuple(remarks),
@@ -154,7 +154,7 @@ def _usable(compensation: Compensation, plan: Plan) -> tuple[list[tuple[Effect, 
     usable = []
     followed = {effect.name for effect in candidates() if effect.acts == "damping"}  # by the learned damping
     remarks = [
-        f"{name} is left out: it refers to the clock of the recording that it was traced on"
+        f"{name} is left out: it refers to the clock of the traced recording"
         for name in compensation.left_out
         if name not in followed
     ]
@@ -216,7 +216,7 @@ def _command(
             lacking = np.abs(thrust - effect.thrust(command, seen, term))
             where = lacking > SHORTFALL_SHARE * float(np.abs(moment).max())
             if where.any():
-                most = f"up to {float(lacking.max()):.3g} N m of what the plan needs cannot be made"
+                most = f"up to {float(lacking.max()):.3g} N m of the planned torque are beyond the thrusters"
                 short.append((f"{most}: {effect.sentence}", where))
         taken[term.effect], thrust = command - thrust, command
     return thrust, taken, short

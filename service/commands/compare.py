@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
     parser.add_argument(
-        "--table", type=Path, metavar="FILE.parquet", help="write one row a dive and quantity there (Parquet)"
+        "--table", type=Path, metavar="FILE.parquet", help="file for one row a dive and quantity (Parquet)"
     )
     add_log_arguments(parser, config=True, axis=False)
     add_json_argument(parser)

@@ -20,8 +20,8 @@ def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
     of_estimate = declared_inertia.estimate_remarks(fit.closed_loop, words) if estimate else []
     left = fit.samples - (len(fit.iterations) + fit.put_aside) * learner.batch
     lines = [
-        f"recordings  {fit.name}: {fit.samples} samples, {len(fit.iterations)} batches of {learner.batch}, "
-        f"{left} left over" + f", {fit.put_aside} batches put aside" * bool(fit.put_aside),
+        f"recordings  {fit.name}: {fit.samples} samples, {len(fit.iterations)} batches of {learner.batch}, {left} "
+        "unused" + f", {fit.put_aside} batches put aside" * bool(fit.put_aside),
         f"vehicle     {words.inertia_symbol} = {fit.inertia:.4g} {words.inertia_unit}{source}; |{words.symbol}| ≤ "
         f"{learner.rate_range[1]:.3g} {rate_unit}",
         f"signals     a sample every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s",

@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--name", default="vehicle", metavar="NAME", help="name of the vehicle (default vehicle)")
     parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
-    parser.add_argument("--write", type=Path, metavar="FILE", help="write the vehicle file there (YAML)")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="file for the vehicle model (YAML)")
     add_report_argument(parser)
     add_log_arguments(parser, config=True, axis=False)
     add_json_argument(parser)

@@ -36,16 +36,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         type=Path,
         metavar="SOURCE",
-        help="a state directory or its .sqlite file, what `trace --json` or `fit --json` wrote, or a vehicle file "
-        "(default: a running learner is asked)",
+        help="a state directory or its .sqlite file, a result of `trace --json` or `fit --json`, or a vehicle "
+        "file (default: a running learner)",
     )
-    parser.add_argument("--format", choices=FORMATS, default="json", help="whose form (default json)")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write it there instead of standard output")
+    parser.add_argument("--format", choices=FORMATS, default="json", help="format of the output (default json)")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write to this file instead of standard output")
     parser.add_argument("--link", default="base_link", metavar="NAME", help="the vehicle's link in Gazebo (base_link)")
-    parser.add_argument("--dry-mass", type=float, metavar="M", help="of the body alone, for a vehicle file [kg]")
-    parser.add_argument("--dry-inertia", type=float, metavar="I", help="of the body alone about yaw [kg m²]")
+    parser.add_argument("--dry-mass", type=float, metavar="M", help="mass of the body alone, for a vehicle file [kg]")
+    parser.add_argument("--dry-inertia", type=float, metavar="I", help="inertia of the body alone about yaw [kg m²]")
     parser.add_argument(
-        "--inertia-xy", nargs=2, type=float, metavar=("IX", "IY"), help="of the body alone about roll and pitch [kg m²]"
+        "--inertia-xy",
+        nargs=2,
+        type=float,
+        metavar=("IX", "IY"),
+        help="inertias of the body alone about roll and pitch [kg m²]",
     )
     parser.add_argument(
         "--port-and-up", action="store_true", help="the vehicle file counts to port and up, as ROS does (SNAME: down)"
@@ -59,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     if config.vehicle.axis != "yaw" and args.format not in ("csv", "json"):
         raise BadInput(
-            f"--format {args.format} has a place for yaw alone, and vehicle.axis is {config.vehicle.axis}; take csv or "
+            f"--format {args.format} has a place for yaw alone, but vehicle.axis is {config.vehicle.axis}; take csv or "
             "json, whose N_r, N_r|r| and inertia are then those of that axis"
         )
     if args.source is not None and args.source.suffix in VEHICLE_SUFFIXES:
@@ -174,7 +178,7 @@ def _of_state(path: Path) -> DampingModel:
     except (StateDamage, sqlite3.Error, OSError) as error:
         raise BadInput(f"{path}: this state cannot be read ({error}); name another, or a running learner") from None
     if row is None:
-        raise BadInput(f"{path}: nothing was learned yet; export once it has turned the vehicle both ways")
+        raise BadInput(f"{path}: nothing was learned yet; export after the vehicle has turned both ways")
     return of_snapshot(
         decode(ModelSnapshot, row.snapshot), f"state {path.name}, revision {row.revision}, t = {row.t:.6g} s"
     )

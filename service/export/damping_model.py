@@ -126,7 +126,7 @@ def of_snapshot(snapshot: ModelSnapshot, source: str) -> DampingModel:
     model = snapshot.model()
     trained = model.trained_range
     if trained is None or not trained[0] < trained[1]:
-        raise BadInput(f"{source}: nothing was learned yet; export once it has turned the vehicle both ways")
+        raise BadInput(f"{source}: nothing was learned yet; export after the vehicle has turned both ways")
     at = np.linspace(*trained, CURVE_RATES)
     curve = model.predict(at)
     if model.several is not None:
@@ -152,7 +152,7 @@ def of_file(path: Path) -> DampingModel:
     try:
         return _of_fit(found, path) if "curve" in found else _of_trace(found, path)
     except (KeyError, TypeError, ValueError, AttributeError):
-        raise BadInput(f"{path}: this holds no learned damping; {EXPECTED_FILE}") from None
+        raise BadInput(f"{path}: this contains no learned damping; {EXPECTED_FILE}") from None
 
 
 def _of_fit(found: Mapping[str, Any], path: Path) -> DampingModel:

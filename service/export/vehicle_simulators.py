@@ -120,8 +120,8 @@ def stonefish(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[s
         "Stonefish makes drag and added mass of the body's shape and has no place for identified ones. "
         '<hydrodynamics viscous_drag="0 0 0" quadratic_drag="0 0 0"/> takes the drag of the shape away; apply the '
         "coefficients as a force of your own.",
-        'With physics="floating" no added mass comes of the shape: the moments of inertia below hold the water, and '
-        "<mass> is the body's alone, for there is one for three directions.",
+        'With physics="floating" Stonefish adds no mass by the shape: the moments of inertia below include the water, '
+        "and <mass> is the body's alone, for there is one for three directions.",
     ]
     elements = []
     if body.mass is not None:

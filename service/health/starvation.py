@@ -182,7 +182,7 @@ def _apart_sentence(rate: Reading, torque: Reading) -> str:
     cure = "stamp both with one clock"
     if restarted and not set_back:
         return (
-            f"the clock of {late} began anew and shows {behind:.1f} s while that of {early} shows {ahead:.1f} s, so "
+            f"the clock of {late} restarted and shows {behind:.1f} s while that of {early} shows {ahead:.1f} s, so "
             f"that their values cannot be matched; {cure}, or restart both"
         )
     return (

@@ -113,7 +113,7 @@ class Host:
             except Exception as error:
                 if self._store is None or memory is None:
                     raise
-                kind = "" if isinstance(error, BadInput) else f"it cannot be taken up: {type(error).__name__}: "
+                kind = "" if isinstance(error, BadInput) else f"it cannot be restored: {type(error).__name__}: "
                 self._store.refuse(f"{kind}{error}")
 
     def _build(self, memory: dict[str, Any] | None) -> tuple[LearnerNode, LiveTracing | None]:
@@ -208,7 +208,7 @@ class Host:
         if found is None:
             return ()
         self._publishers.publish(self.keys.estimate, wire.encode(found))
-        return (f"{self.keys.estimate} is the model's own: {found.why}",)
+        return (f"{self.keys.estimate} comes from the model: {found.why}",)
 
     def learn(self) -> bool:
         """One iteration, where a batch waits, kept and published; False where none does. From one thread alone."""

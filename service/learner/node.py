@@ -77,9 +77,7 @@ class LearnerNode:
         known = restore(memory, self._settings)
         self._guarded, self._covered = known.guarded, RateCoverage(known.covered)
         paused = known.guarded.checks.paused_since is not None
-        self.current_warnings = CurrentWarnings(
-            "it was before the restart; the next batch will tell" if paused else None
-        )
+        self.current_warnings = CurrentWarnings("it was before the restart; the next batch decides" if paused else None)
         compensation = None if effects is None else effects.compensation
         signals = config.signal_settings()
         self._vehicle = Vehicle(signals.inertia, self._settings.rate_range, signals.smoothing)

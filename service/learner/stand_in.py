@@ -166,14 +166,15 @@ class StandIn:
             return None
         if not self._known_heading:
             raise BadInput(
-                "an effect of the heading is in force, and nothing tells where the heading counts from, so there is no "
-                "forecast: add heading to signals.channels where the vehicle measures it"
+                "an effect of the heading is in force, and the heading's origin is unknown, so there is no forecast: "
+                "add heading to signals.channels where the vehicle measures it"
             )
         streams = self._channels()
         for name, (stamps, _) in streams.items():
             if not stamps.size or newest - stamps[-1] > JUMP_S:
                 raise BadInput(
-                    f"a forecast needs {name}, and none has come for more than {JUMP_S:g} s; ask again when it comes"
+                    f"a forecast needs {name}, and none has arrived for more than {JUMP_S:g} s; ask again when it "
+                    "arrives"
                 )
         return Surroundings(past, streams, names, body, smoothing, self._effects)
 

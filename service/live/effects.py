@@ -117,8 +117,8 @@ def effects_from_trace(
     for name in compensation.channels:
         if name not in channels:
             raise BadInput(
-                f"{source}: an effect reads the channel {name}, which samples do not wait for; record or publish it, "
-                f"and add {name} to signals.channels"
+                f"{source}: an effect reads the channel {name}, which signals.channels does not list; record or "
+                f"publish it, and add {name} to signals.channels"
             )
     named = {finding["effect"] for finding in findings}
     integrated = HEADING_CHANNEL not in channels and compensation.of_heading
@@ -138,7 +138,7 @@ def effects_from_trace(
     )
 
 
-_INTEGRATED = "it counts from zero at the start; add heading to signals.channels where the vehicle measures it"
+_INTEGRATED = "its heading begins at zero; add heading to signals.channels if the vehicle measures it"
 
 
 def _why(name: str, named: Collection[str]) -> str:
@@ -150,7 +150,7 @@ def _why(name: str, named: Collection[str]) -> str:
 def _left_out(name: str) -> str:
     if name in FOLLOWED_BY_LEARNING:
         return "the learned damping follows the vehicle by itself"
-    return "it refers to the clock of the recording that it was traced on"
+    return "it refers to the clock of the traced recording"
 
 
 def _trace(path: Path) -> Mapping[str, Any]:
@@ -163,5 +163,5 @@ def _trace(path: Path) -> Mapping[str, Any]:
     except ValueError as error:  # no text, or no JSON
         raise BadInput(f"{path}: this is no JSON ({error}); {_AGAIN}") from None
     if not isinstance(found, dict) or not {"model", "effects"} <= found.keys():
-        raise BadInput(f"{path}: this is no trace, it holds no model with its effects; {_AGAIN}")
+        raise BadInput(f"{path}: this is no trace, it contains no model with effects; {_AGAIN}")
     return found

@@ -177,7 +177,7 @@ class LiveTracing:
         about = self.effects if tried is None else tried
         names = () if about is None else about.compensation.names
         verdict = "to be withdrawn" if tried is None else "to be promoted"
-        told = f"{verdict}, but the learner could not change over: {why}"
+        told = f"{verdict}, but the learner could not switch to it: {why}"
         self._note(node.served.revision, newest, "failed", told, *names)
 
     def close(self) -> None:
@@ -220,7 +220,7 @@ class LiveTracing:
             if name not in names:
                 note("left out", next(step["why"] for step in effects.history if step["effect"] == name), name)
             elif effects.integrated:
-                why = "nothing tells where the heading counts from: measure it, and add it to signals.channels"
+                why = "the heading's origin is unknown: measure the heading, and add it to signals.channels"
                 note("left out", why, name)
             else:
                 note("suspected", finding["sentence"], name, content=content)

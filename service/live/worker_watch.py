@@ -10,10 +10,8 @@ from service.live.tracing_state import Work
 
 LONG_WORK_S = 120.0
 """The time after which a piece of work is told [s], by the clock on the wall: the slowest trace known took 24."""
-_WORK_NAMES = {"trace": "the trace beside the learner", "prove": "the proof beside the learner"}
-_CURE = (
-    "is memory or processor time short (`dmesg`)? A shorter tracing.window takes less of both, tracing.live: off none"
-)
+_WORK_NAMES = {"trace": "the tracing process", "prove": "the proof in the tracing process"}
+_CURE = "check memory and processor time (`dmesg`); a shorter tracing.window needs less of both"
 
 
 class WorkerWatch:
@@ -40,17 +38,16 @@ class WorkerWatch:
     def fail(self, work: Work, why: str) -> None:
         """There will be no answer."""
         self._work, self._deaths = None, self._deaths + 1
-        self._death = f"{_WORK_NAMES[work]} had no answer: {why}"
+        self._death = f"{_WORK_NAMES[work]} gave no result: {why}"
 
     def notices(self) -> tuple[str, ...]:
         """What is wrong now, as sentences."""
         found, work = [], self._work
         if self._deaths:
             often = "once" if self._deaths == 1 else f"{self._deaths} times one after the other"
-            found.append(f"{self._death} ({often}); meanwhile nothing is found or proven; {_CURE}")
+            found.append(f"{self._death} ({often}); no effect is found or proven meanwhile; {_CURE}")
         if work is not None and (age := self._clock() - work[1]) > LONG_WORK_S:
             found.append(
-                f"{_WORK_NAMES[work[0]]} has been at work for {age:.0f} s and is stopped after {DEADLINE_S:.0f} s; "
-                f"{_CURE}"
+                f"{_WORK_NAMES[work[0]]} has run for {age:.0f} s and is stopped after {DEADLINE_S:.0f} s; {_CURE}"
             )
         return tuple(found)

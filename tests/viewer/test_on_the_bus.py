@@ -51,7 +51,7 @@ def test_late_killed_and_restarted_it_loses_no_iteration(house: House, run: Run,
 
     learn_until(session, 5, lambda: publish(session, run.part(t[3], t[4])))
     again = house.view("--headless", "--save", str(path))
-    again.wait_for("goes on after revision")
+    again.wait_for("continues after revision")
     again.wait_for("iteration 5 ")
     publish(session, run.part(t[4], t[5]))
     again.wait_for("iteration 6 ")

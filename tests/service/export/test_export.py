@@ -173,7 +173,7 @@ def test_a_running_learner_and_its_state_tell_the_same(tmp_path: Path, capsys: p
         (["--format", "stonefish", "LAGLESS"], "has no place for N_r"),
         (["--format", "gazebo", "--dry-inertia", "30", "TRACE"], "must have less than the 24 kg m²"),
         (["--format", "uuv", "--dry-inertia", "-1", "TRACE"], "-1 is no moment of inertia"),
-        (["EMPTY"], "this holds no learned damping"),
+        (["EMPTY"], "this contains no learned damping"),
         (["no_such.json"], "cannot be read"),
         (["FOLDER"], "there is no such state"),
         (["TRACE", "--out", "no/such/folder.xml"], "name a file in a folder that is there with --out"),

@@ -57,7 +57,7 @@ KINDS: dict[str, tuple[dict[str, object], dict[str, Clock], str]] = {
     "seconds since 1970": ({}, {"torque": lambda t: t + 1.764e9}, "torque waits for yaw rate, whose stamps are 1764"),
     "milliseconds": ({}, {"yaw_rate": lambda t: 1e3 * t, "torque": lambda t: 1e3 * t}, "look like milliseconds"),
     "one in milliseconds": ({}, {"torque": lambda t: 1e3 * t}, "stamps of torque look like milliseconds"),
-    "begins at zero": ({}, {"yaw_rate": lambda t: t - 20.0}, "the clock of yaw rate began anew and shows"),
+    "begins at zero": ({}, {"yaw_rate": lambda t: t - 20.0}, "the clock of yaw rate restarted and shows"),
     "stands still": ({}, {"torque": lambda t: np.full(t.size, 19.9)}, "every torque is refused"),
     "a slow stream": (
         {"signals__gap": 0.2, "torque_period": 0.25},

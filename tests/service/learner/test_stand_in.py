@@ -95,7 +95,7 @@ def test_while_the_gyro_is_silent_the_models_own_rate_goes_out_until_it_is_back(
     # The gyro is back: nothing is said of an estimate any more.
     bench.session.put(bench.keys.torque, message("torque", LOST + 14.9, LOST + 15.0), congestion_control=BLOCK)
     bench.session.put(bench.keys.rate, message("yaw_rate", LOST, LOST + 15.0), congestion_control=BLOCK)
-    bench.health_when(lambda health: not any("is the model's own" in reason for reason in health.reasons))
+    bench.health_when(lambda health: not any("comes from the model" in reason for reason in health.reasons))
 
 
 @pytest.mark.slow

@@ -197,7 +197,7 @@ TWO_BIASES = {"effect": "bias_torque", "variant": "", "coefficients": [1.0, 2.0]
     [
         (lambda trace: trace["model"].update(inertia=340.0), "set vehicle.inertia to 340"),
         (sway, "add sway to signals.channels"),
-        (lambda trace: trace.pop("model"), "this is no trace, it holds no model"),
+        (lambda trace: trace.pop("model"), "this is no trace, it contains no model"),
         (lambda trace: trace["model"].pop("terms"), "no trace of this version"),
         (lambda trace: trace["model"]["terms"][0].update(effect="magic"), "no trace of this version"),
         (lambda trace: trace["model"]["terms"].append(TWO_BIASES), "no trace of this version"),

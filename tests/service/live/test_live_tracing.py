@@ -148,7 +148,7 @@ def test_a_process_that_dies_is_a_line_in_the_ledger_and_learning_goes_on(
     os.kill(child.pid, signal.SIGKILL)
     failed = until(ledgers, "failed")
     assert failed.history[-1]["why"] == "the trace failed: its process was killed by signal 9"
-    killed = "the trace beside the learner had no answer: its process was killed by signal 9"
+    killed = "the tracing process gave no result: its process was killed by signal 9"
     bench.health_when(lambda health: any(reason.startswith(f"{killed} (once)") for reason in health.reasons))
     before = latest(bench).revision
     models = bench.follow(bench.keys.model, wire.ModelSnapshot)

@@ -13,9 +13,7 @@ def test_deaths_are_counted_until_there_is_an_answer() -> None:
         watch.begin("trace")
         watch.fail("trace", "its process was killed by signal 9")
         (said,) = watch.notices()
-        assert said.startswith(
-            f"the trace beside the learner had no answer: its process was killed by signal 9 ({often});"
-        )
+        assert said.startswith(f"the tracing process gave no result: its process was killed by signal 9 ({often});")
     watch.begin("prove")
     watch.end()
     assert watch.notices() == ()
@@ -30,8 +28,8 @@ def test_work_that_takes_minutes_is_told_while_it_takes_them() -> None:
     now += 1.0
     (said,) = watch.notices()
     assert said.startswith(
-        f"the proof beside the learner has been at work for 121 s and is stopped after {DEADLINE_S:.0f} s;"
+        f"the proof in the tracing process has run for 121 s and is stopped after {DEADLINE_S:.0f} s;"
     )
     watch.fail("prove", "it was stopped after 600 s")
     (said,) = watch.notices()
-    assert "had no answer: it was stopped after 600 s (once)" in said
+    assert "gave no result: it was stopped after 600 s (once)" in said
