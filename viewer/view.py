@@ -14,7 +14,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from incsvr.errors import BadInput
-from incsvr.plant.axes import AXES
 from service.bus.session import client_config, free_endpoint, open_session, stop_event
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
@@ -68,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     )
     theme: Theme = args.theme or "dark"
     rate = max(abs(end) for end in config.vehicle.rate_range)
-    recordings = RecordingSet(PALETTES[theme], choice, rate, args.save, port, AXES[config.vehicle.axis])
+    recordings = RecordingSet(PALETTES[theme], choice, rate, args.save, port, config.axis_asked)
     with window.window(port, theme, stop.set) if opens and port is not None else nullcontext():
         _follow(config, recordings, stop, until_broken=port is None)
     whole = recordings.close()

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.plant.axes import AXES, YAW, Axis
+from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from service import wire
 from service.bus.client import Client, bus_client
@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
-    planned, axis = _planned(args), AXES[config.vehicle.axis]
+    planned, axis = _planned(args), config.axis_asked
     with bus_client(config, args.wait) as client:
         note = None
         if planned is None:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from incsvr.errors import BadInput
-from incsvr.plant.axes import AXES, YAW, Axis
+from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from service.bus.client import bus_client
 from service.cli.output import emit
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
-    axis = AXES[config.vehicle.axis]
+    axis = config.axis_asked
     reply, learned = ask(config, *velocities(args.rates, axis), args.wait)
     first = not_learned(reply, learned, axis)
     emit(args, reply.model_dump(mode="json"), "\n".join([*([first] if first else []), table(reply, axis)]))

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, Group, RenderableType
 from rich.live import Live
 
 from incsvr.errors import BadInput
@@ -27,9 +27,10 @@ from service.bus.session import stop_event
 from service.cli.display import screen
 from service.cli.log_lines import iteration_line, learning_line
 from service.cli.output import WIDTH
+from service.cli.vehicle_display import AxisState, vehicle_screen
 from service.commands.status import look
 from service.config.sources import add_config_arguments, from_arguments
-from service.wire import Form, Health, IterationReport, ModelSnapshot, decode
+from service.wire import Form, Health, IterationReport, Keys, ModelSnapshot, decode
 
 log = logging.getLogger(__name__)
 
@@ -49,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
-    stop, axis = stop_event(), AXES[config.vehicle.axis]
+    stop, axis = stop_event(), config.axis_asked
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="incsvr watch: %(message)s")
     try:
         with bus_client(config, args.wait, stop) as client:
@@ -61,42 +62,62 @@ def run(args: argparse.Namespace) -> int:
 
 
 def follow(client: Client, console: Console, stop: threading.Event, axis: Axis = YAW) -> None:
-    """Shows what comes until `stop` is set, in the words and units of the axis.
+    """Shows what comes until `stop` is set, in the words and units of the axis; of a vehicle whose axes are learned
+    together, a line for each axis above.
 
     Raises:
         NoAnswer: no learner answers at the beginning.
     """
-    keys = client.keys
-    forms: dict[str, type[Form]] = {keys.health: Health, keys.model: ModelSnapshot, keys.iteration: IterationReport}
-    came: queue.Queue[Form] = queue.Queue()
-    subscribers: list[Any] = [client.session.declare_subscriber(key, _put(form, came)) for key, form in forms.items()]
+    own = client.keys.prefix
+    came: queue.Queue[tuple[str, Form]] = queue.Queue()
+    subscribers = _subscribe(client, client.keys, came)
     health, model = _first_look(client)
-    say = _Says(console, keys.prefix)
-    say.health(health)
-    with Live(screen(keys.prefix, health, model, axis), console=console, auto_refresh=False) as live:
+    axes = {prefix: AXES[name] for name, prefix in health.axes.items()} or {own: axis}
+    states = {own: AxisState(health, model)}
+    for prefix in axes.keys() - {own}:
+        keys = Keys(prefix)
+        subscribers += _subscribe(client, keys, came)
+        states[prefix] = AxisState(*look(replace(client, keys=keys)))
+    changes = {prefix: _Says(console, prefix, each.name if len(axes) > 1 else "") for prefix, each in axes.items()}
+    for prefix, say in changes.items():
+        say.health(states[prefix].health)
+
+    def shown() -> RenderableType:
+        detail = screen(own, states[own].health, states[own].model, axis)
+        if len(axes) == 1:
+            return detail
+        return Group(vehicle_screen(health.vehicle, {each.name: states[k] for k, each in axes.items()}), "", detail)
+
+    with Live(shown(), console=console, auto_refresh=False) as live:
         waited = 0.0
         while not stop.is_set():
             try:
-                form = came.get(timeout=0.5)
+                prefix, form = came.get(timeout=0.5)
             except queue.Empty:
                 waited += 0.5
                 if waited >= AWAY_AFTER_S:
-                    say.away()
+                    changes[own].away()
                 continue
             waited = 0.0
             if isinstance(form, IterationReport):
-                console.print(iteration_line(form, axis), soft_wrap=True)
+                changes[prefix].print(iteration_line(form, axes[prefix]))
             elif isinstance(form, ModelSnapshot):
-                model = form
+                states[prefix] = replace(states[prefix], model=form)
             elif isinstance(form, Health):
-                health = form
-                say.health(health)
+                states[prefix] = replace(states[prefix], health=form)
+                changes[prefix].health(form)
             if console.is_terminal:
-                live.update(screen(keys.prefix, health, model, axis), refresh=True)
+                live.update(shown(), refresh=True)
         if not console.is_terminal:
             live.update("")
     for subscriber in subscribers:
         subscriber.undeclare()
+
+
+def _subscribe(client: Client, keys: Keys, came: queue.Queue[tuple[str, Form]]) -> list[Any]:
+    """Puts what a learner publishes into the queue, with the prefix of its keys."""
+    forms: dict[str, type[Form]] = {keys.health: Health, keys.model: ModelSnapshot, keys.iteration: IterationReport}
+    return [client.session.declare_subscriber(key, _put(form, keys.prefix, came)) for key, form in forms.items()]
 
 
 def _first_look(client: Client) -> tuple[Health, ModelSnapshot | None]:
@@ -112,21 +133,24 @@ def _first_look(client: Client) -> tuple[Health, ModelSnapshot | None]:
 
 
 class _Says:
-    """A line whenever the level or the state changes."""
+    """A line whenever the level or the state changes, and for each iteration; `axis` begins it where there are more."""
 
-    def __init__(self, console: Console, prefix: str) -> None:
-        self._console, self._prefix = console, prefix
+    def __init__(self, console: Console, prefix: str, axis: str = "") -> None:
+        self._console, self._prefix, self._axis = console, prefix, axis
         self._said: tuple[str, ...] = ()
+
+    def print(self, line: str) -> None:
+        self._console.print(f"{self._axis}: {line}" if self._axis else line, soft_wrap=True)
 
     def health(self, health: Health) -> None:
         now = (health.level, health.learning.state)
         if now == self._said:
             return
         if self._said[1:] != now[1:]:
-            self._console.print(learning_line(health.learning), soft_wrap=True)
+            self.print(learning_line(health.learning))
         if self._said[:1] != now[:1]:
             why = "" if not health.reasons else f": {health.reasons[0]}"
-            self._console.print(f"health is {health.level}{why}", soft_wrap=True)
+            self.print(f"health is {health.level}{why}")
         self._said = now
 
     def away(self) -> None:
@@ -135,10 +159,10 @@ class _Says:
             self._said = ("away",)
 
 
-def _put(form: type[Form], came: queue.Queue[Form]) -> Callable[[Any], None]:
+def _put(form: type[Form], prefix: str, came: queue.Queue[tuple[str, Form]]) -> Callable[[Any], None]:
     def take(sample: Any) -> None:
         try:
-            came.put(decode(form, sample.payload.to_bytes()))
+            came.put((prefix, decode(form, sample.payload.to_bytes())))
         except BadInput:
             return  # another program publishes on this key
 

@@ -14,7 +14,7 @@ from pydantic import Field, ValidationError, model_validator
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.plant.attitude import ATTITUDE
-from incsvr.plant.axes import AXES, VELOCITIES, stream_of
+from incsvr.plant.axes import AXES, VELOCITIES, Axis, stream_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.signals import SignalSettings
@@ -134,6 +134,13 @@ class Config(Section):
         if other.vehicle.name != self.vehicle.name or other.vehicle.axis == self.vehicle.axis:
             return ()
         return (stream_of(AXES[self.vehicle.axis], AXES[other.vehicle.axis].rate),)
+
+    @property
+    def axis_asked(self) -> Axis:
+        """The axis that a client asks about: that which is configured, else the one that the prefix ends with."""
+        last = self.prefix.rpartition("/")[2]
+        said = "axis" in self.vehicle.model_fields_set or last not in AXES
+        return AXES[self.vehicle.axis if said else last]
 
     def leads(self, other: Config) -> bool:
         """Whether both are of one vehicle file, so that channels come to the first of its learners for all of them."""

@@ -9,7 +9,7 @@ paused. OK may come with a note: what is taken for zero. Ages are wall time; the
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from incsvr.checks import implausible
@@ -87,6 +87,13 @@ class HealthWatch:
         self._body: tuple[str, ...] = () if coupled is None else coupled.streams
         self._notes: tuple[str, ...] = () if coupled is None else sentences.taken_for_zero(coupled)
         self._queries = 0
+        self._vehicle: str = ""
+        self._axes: dict[str, str] = {}
+
+    def belongs_to(self, vehicle: str, axes: Mapping[str, str]) -> None:
+        """From now on health names the vehicle, and its axes that this process learns, with the prefixes of their
+        keys."""
+        self._vehicle, self._axes = vehicle, dict(axes)
 
     def observe(self, conditions: HealthConditions) -> None:
         """From now on this is what the parts beside the streams have to say."""
@@ -181,6 +188,8 @@ class HealthWatch:
             uptime_s=round(now - self._started, 3),
             streams=streams,
             learning=wire.Learning(state=learning.state, since=learning.since, why=in_words_of(axis, learning.why)),
+            vehicle=self._vehicle,
+            axes=self._axes,
         )
 
     def _learning_now(self, now: float, node: LearnerNode) -> LearningState:

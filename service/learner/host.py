@@ -140,6 +140,16 @@ class Host:
                 if name in other._config.signal_settings().channels:
                     self.feed.onward[YAW_RATE].append(partial(other._push, name))
 
+    def meet(self, others: Sequence[Host]) -> None:
+        """Health names the vehicle where learners of several of its axes are in this process."""
+        vehicle = self._config.vehicle.name
+        axes: dict[str, str] = {}
+        for other in others:
+            if other._config.vehicle.name == vehicle:
+                axes.setdefault(other._config.vehicle.axis, other.keys.prefix)
+        if len(axes) > 1:
+            self.watch.belongs_to(vehicle, axes)
+
     def send_channels_to(self, others: Sequence[Host]) -> None:
         """The channels that come to the first learner of a vehicle file go to the others that wait for them."""
         for other in others:

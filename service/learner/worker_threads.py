@@ -36,6 +36,8 @@ class WorkerThreads:
         self, hosts: Sequence[Host], stroke: Callable[[], None] = lambda: None, period: float | None = None
     ) -> None:
         self._hosts, self._stroke, self._period = hosts, stroke, period
+        for host in hosts:
+            host.meet(hosts)
         for host in first_of_each_axis(hosts):
             host.send_velocity_to(hosts)
         if hosts:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -47,3 +48,5 @@ class Health(Form):
     uptime_s: float = 0.0
     streams: dict[str, StreamHealth] = Field(default_factory=dict)
     learning: Learning = Learning()
+    vehicle: str = Field(default="", exclude_if=operator.not_)  # whose axes a process learns together, if it does
+    axes: dict[str, str] = Field(default={}, exclude_if=operator.not_)  # these axes, with the prefixes of their keys

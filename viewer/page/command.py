@@ -8,7 +8,6 @@ import threading
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from incsvr.plant.axes import AXES
 from service.bus.session import client_config, stop_event
 from service.config.sources import add_config_arguments, from_arguments
 from viewer.page.hosts import ours
@@ -38,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     where = config.bus.connect or config.bus.listen
     recordings = Recordings(args.archive)
-    learner = Learner(client_config(config.bus), where, config.prefix, recordings, AXES[config.vehicle.axis])
+    learner = Learner(client_config(config.bus), where, config.prefix, recordings, config.axis_asked)
     try:
         served = server(args.host, args.port, learner, recordings, ours(args.host, args.name))
     except (OSError, OverflowError) as error:

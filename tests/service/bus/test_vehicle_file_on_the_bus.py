@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from benchmarks.service.six_axes import vehicle_of
 from service import wire
+from service.cli.command_line import main
+from service.cli.output import WIDTH
 from service.config.vehicle_file import write_vehicle
 from simulator.six_degrees import BODIES
 from tests.service.conftest import Bench, StartBench
@@ -17,7 +21,7 @@ BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(81)), (1.0, 0.4, 0.0, 0.0
 
 def started(start: StartBench, folder: Path) -> Bench:
     write_vehicle(folder / "boat.yaml", BOAT)
-    return start(vehicle__file=str(folder / "boat.yaml"), prefix="boat")
+    return start(vehicle__file=str(folder / "boat.yaml"), prefix="boat", health__stale_after=1000.0)
 
 
 def test_a_channel_that_comes_to_the_first_learner_reaches_the_others(start: StartBench, tmp_path: Path) -> None:
@@ -32,3 +36,29 @@ def test_a_channel_that_comes_to_the_first_learner_reaches_the_others(start: Sta
     }
     streams = surge.watch.report(surge.node).streams
     assert (streams["sway"].value, streams["sway"].received, streams["yaw_rate"].value) == (0.2, 2, 0.6)
+
+
+def test_status_shows_the_vehicle_and_the_axis_that_the_prefix_names(
+    start: StartBench, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = started(start, tmp_path)
+    bench.session.put("boat/surge/rate", wire.measurement((1.0, 1.1), (0.5, 0.6)))
+    bench.health_when(lambda health: "surge" in health.streams)
+    words = ["status", "--connect", bench.endpoint, "--prefix", "boat/surge", "--json", str(tmp_path / "status.json")]
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    lines = shown.splitlines()
+    assert max(map(len, lines)) <= WIDTH
+    assert [line.split()[0] for line in lines[:4]] == ["rov", "axis", "yaw", "surge"]
+    assert "0.6 m/s" in lines[3]
+    assert "surge velocity" in shown.partition("boat/surge")[2]
+    told = json.loads((tmp_path / "status.json").read_text(encoding="utf-8"))
+    assert told["axes"].keys() == {"yaw", "surge"}
+    assert told["axes"]["surge"]["health"]["streams"]["yaw_rate"]["value"] == 0.6
+    assert told["health"]["axes"] == {"yaw": "boat/yaw", "surge": "boat/surge"}
+
+
+def test_the_health_of_a_single_axis_names_no_vehicle(untaught: Bench) -> None:
+    payload, _ = untaught.get(untaught.keys.health)
+    assert payload is not None
+    assert not {"vehicle", "axes"} & json.loads(payload).keys()
