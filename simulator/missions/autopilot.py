@@ -37,6 +37,8 @@ class Autopilot:
             if not self._correcting:
                 return 0.0
         asked = plan.proportional * error - plan.derivative * rate + self._integral
+        if plan.ahead:
+            asked += plan.ahead[beat]
         limited = min(max(asked, -self._limit), self._limit)
         if asked == limited and (plan.law == "rate" or abs(error) < NEAR):
             self._integral += plan.integral * error * self._period

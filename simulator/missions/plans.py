@@ -7,7 +7,7 @@ stick in steps and looks at nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -34,6 +34,7 @@ class Plan:
         derivative: torque against the gyro's rate [N m s/rad], of a heading control.
         integral: [N m/(rad s)], or [N m/rad] of a rate control.
         dead_band: the heading may be off by so much before anything is done about it [rad].
+        ahead: torque that is added whatever the sensors show, one value a beat [N m]; empty for none.
     """
 
     law: Literal["heading", "rate", "torque"]
@@ -42,6 +43,7 @@ class Plan:
     derivative: float = 0.0
     integral: float = 0.0
     dead_band: float = 0.0
+    ahead: Sequence[float] = ()
 
 
 def plan(kind: str, vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:

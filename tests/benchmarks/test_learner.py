@@ -11,6 +11,7 @@ import pytest
 
 from benchmarks.learner import (
     coverage,
+    feedforward,
     forecast,
     policy,
     policy_measured,
@@ -26,6 +27,15 @@ from benchmarks.vehicles.gaussian_process import gaussian_process
 from incsvr.learning.learner import Settings
 from simulator import leng
 from tests.incsvr.learning import run
+
+
+def test_the_feed_forward_halves_the_tracking_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(feedforward, "EXCITATION_S", 200.0)
+    monkeypatch.setattr(feedforward, "CONTROL_S", 80.0)
+    record = feedforward.examine(("bias_torque", 5))
+    assert record["found"] == ["bias_torque"]
+    assert record["with"] < 0.5 * record["alone"]
+    assert "| bias_torque |" in feedforward.report({"command": "", "date": "", "revision": "", "records": [record]})
 
 
 def test_figures_of_the_solver() -> None:
