@@ -24,8 +24,10 @@ from viewer.pauses import Pauses
 from viewer.recorder import Recorder
 
 STREAMS, SAMPLES, CHANNELS = "log/streams", "log/samples", "log/channels"
+CALLED = {YAW.rate: "{rate_title}", YAW.effort: "{effort_title}"}
+"""The streams that are learned from, and what they are called: templates of `AxisWords`."""
 OWN = {YAW.rate: "{rate_title} [{rate_unit}]", YAW.effort: "{effort_title} [{effort_unit}]"}
-"""The streams that are learned from, and how their plots are called: templates of `AxisWords`."""
+"""The titles of their plots: likewise templates."""
 _END = rr.TimeRangeBoundary.infinite()
 OUTER = (0.005, 0.995)
 """Part of the samples that the axes show whole: a few wild ones must not press all others flat."""
@@ -59,7 +61,7 @@ def draw(recorder: Recorder, picture: LogPicture, palette: Palette) -> None:
         own = name in OWN
         path = f"{STREAMS}/{name}/measured" if own else f"{CHANNELS}/{name}/measured"
         colour = LIGHT.before if name == YAW.effort else LIGHT.old
-        title = words_of(picture.axis).fill(OWN[name]).split(" [")[0] if own else channel(name)
+        title = words_of(picture.axis).fill(CALLED[name]) if own else channel(name)
         _line(recorder, path, title, colour, stamps, values)
     if picture.samples is not None:
         _samples(recorder, picture.samples, picture.batch, palette)

@@ -16,7 +16,7 @@ from viewer.component_batches import NONE, points, strips
 from viewer.curve import CURVE_STEP, dashes, runs
 from viewer.frame import Floats, Frame
 from viewer.learning import DAMPING, log_axes, symmetric
-from viewer.names import channel
+from viewer.names import channel, words
 from viewer.palette import Colour, Palette
 from viewer.recorder import Recorder
 
@@ -69,7 +69,7 @@ class SlicesPage:
         step = axis_for(float(column.min()), float(column.max()), "", ticks=ROUNDING_STEPS).step
         values = np.round(np.quantile(column, SLICE_QUANTILES) / step) * step
         entries = tuple(
-            Entry("line", colour, f"{channel(name).partition(' [')[0]} {value:.4g}")
+            Entry("line", colour, f"{words(name)} {value:.4g}")
             for value, colour in zip(values, self._colours, strict=True)
         )
         signs = (Entry("dashes", self._palette.text, "Extrapolated"),)

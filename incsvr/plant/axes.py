@@ -30,7 +30,7 @@ class Axis:
     @property
     def along(self) -> bool:
         """Whether it is one of translation: velocities in m/s, forces in N, masses in kg."""
-        return self.effort.endswith("_force")
+        return self.force_symbol in "XYZ"
 
     @property
     def symbol(self) -> str:

@@ -64,11 +64,19 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class RejectedEffect:
-    """A candidate that was looked at and not added."""
+    """A candidate that was looked at and not added.
+
+    Attributes:
+        effect: its name.
+        p_value: corrected for the search.
+        reason: why it was not added.
+        taken_back: whether it was added at first, until free runs could do without it.
+    """
 
     effect: str
     p_value: float
     reason: str
+    taken_back: bool = False
 
 
 @dataclass(frozen=True, slots=True)

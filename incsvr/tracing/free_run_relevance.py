@@ -23,6 +23,7 @@ def without_unseen_effects(search: Search, best: FittedHypothesis) -> FittedHypo
         least = min(range(len(gains)), key=gains.__getitem__)
         if gains[least] >= RELEVANT_FREE_RUN_SHARE:
             return best
+        search.taken_back.add(best.names[least])
         search.refused[best.names[least]] = (
             f"it lowers the free run's error on held-out pieces by {gains[least]:.1%}, less than a reader would see"
         )

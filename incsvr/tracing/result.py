@@ -140,4 +140,5 @@ def _rejected(search: Search, best: FittedHypothesis) -> list[RejectedEffect]:
     for name, why in search.refused.items():
         if name not in found and name not in best.names:
             found[name] = RejectedEffect(name, 1.0, why)
-    return sorted(found.values(), key=lambda rejected: rejected.p_value)
+    rejected = (replace(each, taken_back=each.effect in search.taken_back) for each in found.values())
+    return sorted(rejected, key=lambda each: each.p_value)

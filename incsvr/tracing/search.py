@@ -72,6 +72,7 @@ class Search:
         folds, blocks: (w,) which windows are left out together, and which count as one.
         memory: hypotheses that were tried, by the keys of their effects.
         refused: name of an effect → why it was not added when it was last tried.
+        taken_back: names of those that were added until free runs could do without them.
     """
 
     problem: Problem
@@ -80,6 +81,7 @@ class Search:
     blocks: NDArray[np.intp]
     memory: dict[tuple[str, ...], FittedHypothesis] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
+    taken_back: set[str] = field(default_factory=set)
 
     @staticmethod
     def of(problem: Problem, effects: Sequence[Effect]) -> Search:
