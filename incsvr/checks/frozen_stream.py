@@ -40,9 +40,9 @@ LOST_DRAG_SLOPE = -0.4
 it does where the torque follows its turning unseen. A vehicle that changed under a held torque keeps more."""
 HOLDING_TORQUE_SHARE = 0.3
 """Level of a torque, as a part of the largest damping, from which on a vehicle that it holds shows its drag."""
-STREAM_WORDS = {"yaw_rate": "yaw rate", "torque": "torque"}
-"""Words of messages for the streams."""
-STREAM_UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
+STREAM_WORDS = {"yaw_rate": "{rate}", "torque": "{effort}"}
+"""Words of messages for the streams: templates of `AxisWords`, as sentences of findings are."""
+STREAM_UNITS = {"yaw_rate": "{rate_unit}", "torque": "{effort_unit}"}
 """Units of the streams."""
 
 
@@ -159,7 +159,7 @@ def _finding(batch: Samples, name: str, stretch: Stretch) -> Finding:
     low, high = batch.raw[named(name, LOW)], batch.raw[named(name, HIGH)]
     level = 0.5 * float(low[stretch.slice].min() + high[stretch.slice].max())
     since, until = batch.time[stretch.first], batch.time[stretch.last]
-    other = "the torque varies" if name == "yaw_rate" else "the vehicle turns as no constant torque turns it"
+    other = "the {effort} varies" if name == "yaw_rate" else "the vehicle {turns} as no constant {effort} {drives} it"
     where = f"is constant at {level:.4g} {STREAM_UNITS[name]} from {since:.10g} to {until:.10g} s while {other}"
     end = 0.01 * float(np.ptp((low.min(), high.max())))
     at_end = end > 0.0 and min(level - low.min(), high.max() - level) < end

@@ -64,6 +64,14 @@ def check(
         learned: the curve that is learned, at any rates; None before anything is.
         older: the same from before the last batch: a curve follows what is wrong, and hides it by that.
     """
+    state, verdict = _judged(state, vehicle, batch, learned, older)
+    return state, verdict.in_words(vehicle.words)
+
+
+def _judged(
+    state: State, vehicle: Vehicle, batch: Samples, learned: CurveOfRates | None, older: CurveOfRates | None
+) -> tuple[State, Verdict]:
+    """The state after a batch and the verdict on it, whose sentences are templates."""
     learned_until_now = learned
     learned, older = _trusted(state, vehicle, learned), _trusted(state, vehicle, older)
     known = None if learned is None else learned(batch.yaw_rate)

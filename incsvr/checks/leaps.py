@@ -44,7 +44,7 @@ def leaps(batch: Samples, curve: Curve) -> list[Finding]:
             "leaps",
             Decision.WARN,
             f"{100.0 * float(np.mean(off)):.0f} % of the samples from {batch.time[0]:.10g} to {batch.time[-1]:.10g} s "
-            "deviate far, to both sides, and the others do not: the yaw rate jumps, or the torque drops out briefly; "
+            "deviate far, to both sides, and the others do not: the {rate} jumps, or the {effort} drops out briefly; "
             "check the sensors and their wiring",
         )
     ]

@@ -87,7 +87,8 @@ def misfit(
     if estimate.certainty < CAUSE_SIGMAS:
         large = found.left > max(FOREIGN_NOISES * scales.sigma, MIN_LEFT_DAMPING_SHARE * scales.largest_damping)
         left = (
-            f"the residual of the learned curve is {found.left:.3g} N m {span}: the vehicle changed or a sensor failed"
+            f"the residual of the learned curve is {found.left:.3g} {{effort_unit}} {span}: the vehicle changed or a "
+            "sensor failed"
         )
         return [_unclear(left)] if large else []
     since = onset_time(seen, best, estimate.size)
@@ -101,7 +102,7 @@ def misfit(
                 RESPONSE if gain > 0.0 else UNDRIVEN,
                 Decision.PAUSE,
                 f"since {since:.10g} s the damping would have changed by {100.0 * gain:+.0f} %, far more than a "
-                "vehicle's can: check the torque's sensor, its sign and its unit",
+                "vehicle's can: check the {effort}'s sensor, its sign and its unit",
             )
         ]
     if any(found.lead(cause) > -FAULT_LEAD for cause in sensors):
@@ -158,8 +159,8 @@ def _foreign(found: Causes, span: str) -> Finding:
     return Finding(
         RESPONSE,
         Decision.PAUSE,
-        f"torque and yaw rate contradict each other {span}: the residual is {found.left:.3g} N m, and no change of "
-        "the vehicle explains it; check both sensors and their clocks",
+        f"{{effort}} and {{rate}} contradict each other {span}: the residual is {found.left:.3g} {{effort_unit}}, and "
+        "no change of the vehicle explains it; check both sensors and their clocks",
     )
 
 
@@ -185,7 +186,7 @@ def _change(cause: str, size: float, since: float, scales: Scales) -> str | None
         other = f" (thrust by {100.0 * (1.0 / (1.0 + gain) - 1.0):+.0f} % looks the same)" if gain > -1.0 else ""
         return f"damping or thrust changed by {100.0 * gain:+.0f} % at {since:.10g} s{other}"
     if cause == "moment" and abs(size) > MIN_LEFT_DAMPING_SHARE * scales.largest_damping:
-        return f"a constant moment of {size:+.3g} N m acts since {since:.10g} s"
+        return f"a constant {{moment}} of {size:+.3g} {{effort_unit}} acts since {since:.10g} s"
     if cause == "one side" and abs(size) > MIN_DAMPING_CHANGE:
         return (
             f"damping or thrust changed by {100.0 * size:+.0f} % at positive and {-100.0 * size:+.0f} % at negative "
@@ -195,7 +196,7 @@ def _change(cause: str, size: float, since: float, scales: Scales) -> str | None
 
 
 def _late(size: float, since: float) -> str:
-    which, other = ("yaw rate", "torque") if size < 0.0 else ("torque", "yaw rate")
+    which, other = ("{rate}", "{effort}") if size < 0.0 else ("{effort}", "{rate}")
     return (
         f"the {which} is {abs(size):.2g} s late against the {other} since {since:.10g} s: the clock of one of them "
         "jumped or runs at another speed"
@@ -203,7 +204,10 @@ def _late(size: float, since: float) -> str:
 
 
 def _moved(size: float, since: float) -> str:
-    return f"the yaw rate is off by {size:+.2g} rad/s since {since:.10g} s: the gyro's zero moved; calibrate it at rest"
+    return (
+        f"the {{rate}} is off by {size:+.2g} {{rate_unit}} since {since:.10g} s: the gyro's zero moved; calibrate it "
+        "at rest"
+    )
 
 
 _DOUBTS = {"lag": "the streams' clocks are apart", "zero": "the gyro's zero moved"}

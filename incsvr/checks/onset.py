@@ -46,8 +46,8 @@ def onset(seen: Residual, scales: Scales) -> list[Finding]:
             Finding(
                 UNCLEAR,
                 Decision.PAUSE,
-                f"the residual of the learned curve is {_deviation(left):.3g} N m since {seen.time[-count]:.10g} s: a "
-                "sensor failed or the vehicle changed; the next batch decides",
+                f"the residual of the learned curve is {_deviation(left):.3g} {{effort_unit}} since "
+                f"{seen.time[-count]:.10g} s: a sensor failed or the vehicle changed; the next batch decides",
             )
         ]
     return []

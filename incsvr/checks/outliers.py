@@ -52,7 +52,7 @@ def scatter(batch: Samples, largest_rate: float) -> list[Finding]:
         Finding(
             "yaw_rate scatter",
             Decision.PAUSE,
-            f"the yaw rate alternates by {within:.3g} rad/s within each sample from {batch.time[0]:.10g} to "
+            f"the {{rate}} alternates by {within:.3g} {{rate_unit}} within each sample from {batch.time[0]:.10g} to "
             f"{batch.time[-1]:.10g} s; check whether two sensors send on one key",
         )
     ]

@@ -40,7 +40,7 @@ def drives(batch: Samples, inertia: float, largest_rate: float) -> list[Finding]
                     "sign",
                     Decision.PAUSE,
                     f"the damping drives the vehicle from {batch.time[part][0]:.10g} to {batch.time[part][-1]:.10g} "
-                    "s, which is impossible: torque and yaw rate count in opposite directions; turn the sign of one "
+                    "s, which is impossible: {effort} and {rate} count in opposite directions; turn the sign of one "
                     "of them",
                 )
             ]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
@@ -33,6 +34,7 @@ class Vehicle:
         smoothing: standard deviation of the filter [s].
         believed: the range was configured; else it is what the recording shows, be it water that turns a vehicle.
         sign_known: somebody knows that torque and yaw rate count in the same direction, whatever the motion says.
+        words: what findings call the quantities of the axis.
     """
 
     inertia: float
@@ -40,6 +42,7 @@ class Vehicle:
     smoothing: float
     believed: bool = True
     sign_known: bool = False
+    words: AxisWords = YAW_WORDS
 
     @property
     def largest_rate(self) -> float:

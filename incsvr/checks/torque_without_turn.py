@@ -50,7 +50,8 @@ def unmoved(batch: Samples, largest_rate: float, largest_damping: float, inertia
         Finding(
             "unmoved",
             Decision.PAUSE,
-            f"the torque reaches {float(torque[np.argmax(np.abs(torque))]):.3g} N m from {first:.10g} to {last:.10g} s "
-            "while the vehicle hardly turns: the thrusters are off (disarmed?), or something holds it",
+            f"the {{effort}} reaches {float(torque[np.argmax(np.abs(torque))]):.3g} {{effort_unit}} from {first:.10g} "
+            f"to {last:.10g} s while the vehicle hardly {{turns}}: the thrusters are off (disarmed?), or something "
+            "holds it",
         )
     ]

@@ -7,6 +7,7 @@ import numpy as np
 from incsvr.checks.frozen_stream import STREAM_UNITS, STREAM_WORDS
 from incsvr.checks.power import MIN_TURNING_RATE_SHARE
 from incsvr.checks.verdict import Decision, Finding
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
@@ -27,17 +28,18 @@ MIN_VALUES = 50
 """Values of which that part is taken."""
 
 
-def implausible(name: str, refused: int, received: int, limit: float) -> Finding | None:
+def implausible(name: str, refused: int, received: int, limit: float, words: AxisWords = YAW_WORDS) -> Finding | None:
     """Whether a stream is in another unit, by how many of the values received were refused as beyond its `limit`."""
     if received < MIN_VALUES or refused < IMPLAUSIBLE_SHARE * received:
         return None
-    cure = "are they in degrees per second?" if name == "yaw_rate" else "are they in another unit?"
-    return Finding(
+    cure = "are they in {other_unit}?" if name == "yaw_rate" else "are they in another unit?"
+    found = Finding(
         "unit",
         Decision.PAUSE,
         f"{100.0 * refused / received:.0f} % of the {STREAM_WORDS[name]}'s values are beyond the plausible ±{limit:g} "
         f"{STREAM_UNITS[name]}: {cure}",
     )
+    return found.in_words(words)
 
 
 def unit(batch: Samples, inertia: float, largest_rate: float, reach: float, sigma: float) -> list[Finding]:
@@ -63,8 +65,8 @@ def unit(batch: Samples, inertia: float, largest_rate: float, reach: float, sigm
         Finding(
             "unit",
             Decision.PAUSE,
-            f"the yaw rate reaches {float(np.max(np.abs(rate))):.3g} rad/s from {batch.time[0]:.10g} to "
-            f"{batch.time[-1]:.10g} s, faster than the torque can turn {inertia:g} kg m²: check the units of both, "
-            "and the inertia",
+            f"the {{rate}} reaches {float(np.max(np.abs(rate))):.3g} {{rate_unit}} from {batch.time[0]:.10g} to "
+            f"{batch.time[-1]:.10g} s, faster than the {{effort}} can turn {inertia:g} {{inertia_unit}}: check the "
+            "units of both, and the {inertia}",
         )
     ]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
+
+from incsvr.plant.words import AxisWords
 
 
 class Decision(IntEnum):
@@ -30,12 +32,17 @@ class Finding:
     Attributes:
         kind: one word for the cause, the same as long as the cause lasts.
         decision: what follows.
-        sentence: for people, with figures and times; it names the cure where there is one.
+        sentence: for people, with figures and times; it names the cure where there is one. A check writes a template
+            of `AxisWords`, which the judgement fills.
     """
 
     kind: str
     decision: Decision
     sentence: str
+
+    def in_words(self, words: AxisWords) -> Finding:
+        """The finding with its sentence filled with these words."""
+        return replace(self, sentence=words.fill(self.sentence))
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +60,10 @@ class Verdict:
     learn: bool
     suspect: bool
     span: tuple[float, float]
+
+    def in_words(self, words: AxisWords) -> Verdict:
+        """The verdict with the sentences of its findings, which are templates until then, filled with these words."""
+        return replace(self, findings=tuple(each.in_words(words) for each in self.findings))
 
     @property
     def decision(self) -> Decision:

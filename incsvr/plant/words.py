@@ -64,6 +64,10 @@ class AxisWords:
     kernel_unit: str = "s²/rad²"
     other_unit: str = "degrees per second"
 
+    def stream(self, name: str) -> str:
+        """What one of the two streams `yaw_rate` and `torque` is called, which are any axis's here."""
+        return self.rate if name == YAW.rate else self.effort
+
     def fill(self, template: str) -> str:
         """The template with these words in the place of their names in braces."""
         return template.format_map(asdict(self))

@@ -17,7 +17,9 @@ from incsvr.learning import checked_learner
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
+from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import Coupled
+from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import decoupled_streams
 from incsvr.signals.samples import Samples
@@ -39,6 +41,7 @@ class Terms:
         coupled: the axis in its body, where its mass matrix is declared.
         inputs: the further velocities that damping is learned over.
         sign_known: the torque's sign is taken as it is.
+        axis: whose damping is learned.
     """
 
     learner: Settings | None = None
@@ -47,6 +50,7 @@ class Terms:
     coupled: Coupled | None = None
     inputs: tuple[str, ...] = ()
     sign_known: bool = False
+    axis: Axis = YAW
 
     @property
     def compensation(self) -> Compensation | None:
@@ -71,7 +75,12 @@ class Terms:
     ) -> tuple[list[Verdict], list[Iteration]]:
         """The verdicts on the full batches, and the iterations; `each` is called after every batch."""
         vehicle = Vehicle(
-            signals.inertia, settings.rate_range, signals.smoothing, self.learner is not None, self.sign_known
+            signals.inertia,
+            settings.rate_range,
+            signals.smoothing,
+            self.learner is not None,
+            self.sign_known,
+            words_of(self.axis),
         )
         verdicts: list[Verdict] = []
         iterations: list[Iteration] = []

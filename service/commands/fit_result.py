@@ -100,7 +100,7 @@ class Fit:
         the free runs hold it. `inputs` are the further velocities that damping is learned over; `declaration` is what
         the motion says of the declared inertia and the torque, whose sign may be known.
         """
-        terms = Terms(learner, policy, effects, coupled, inputs, sign_known)
+        terms = Terms(learner, policy, effects, coupled, inputs, sign_known, runs[0].axis)
         declaration = declaration or Declaration(list(runs), list(unseen))
         joined = sequence(runs)
         training = _training(runs, unseen, signals, terms)

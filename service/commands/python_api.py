@@ -17,7 +17,6 @@ from typing import Any, NoReturn
 from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
 from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Identified
 from service.cli.parser import Parser
@@ -154,7 +153,7 @@ def trace(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> TraceResu
     args = _arguments("trace", trace_command, recordings, validate, flags)
     with without_bars():
         axis, found, result = trace_command.answer(args)
-    words = in_words_of(axis, trace_text(found))
+    words = trace_text(found)
     if args.manoeuvre is not None:
         words += f"\n  {next_manoeuvre(found.effects, args.manoeuvre)}"
     return TraceResult(result, words, axis, found)

@@ -17,14 +17,15 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
-from incsvr.signals import MAX_CHANNELS
+from incsvr.plant.words import AxisWords
+from incsvr.signals import MAX_CHANNELS, REQUIRED
 from incsvr.signals.streams import JUMP_S
 from service import wire
 from service.config.sections import HealthLimits
 from service.health import sentences
 from service.health.learning_state import LearningState
 from service.health.sample_rate_watch import SampleRateWatch
-from service.health.starvation import STREAM_NAMES, Starvation, slow_stream
+from service.health.starvation import Starvation, slow_stream
 from service.health.stream_monitor import RecentRejections, StreamMonitor
 from service.learner.node import LearnerNode
 
@@ -73,7 +74,7 @@ class HealthWatch:
         self._limits, self._started, self._clock, self._askable = limits, started, clock, askable
         self._lock = threading.Lock()
         self._streams: dict[str, StreamMonitor] = {
-            name: StreamMonitor(watches_stillness=name == "yaw_rate") for name in STREAM_NAMES
+            name: StreamMonitor(watches_stillness=name == "yaw_rate") for name in REQUIRED
         }
         self._refused: dict[str, int] = {}
         self._rejections = RecentRejections()
@@ -103,7 +104,7 @@ class HealthWatch:
         """Values of a stream came: (n,) stamps [s] and values, n at least 1."""
         with self._lock:
             t, value = self._stream(name).add(self._clock(), t, value)
-            if name in STREAM_NAMES and t.size:
+            if name in REQUIRED and t.size:
                 (self._rate_watch.rate if name == "yaw_rate" else self._rate_watch.torque).add(t, value)
 
     def add_number(self, name: str, sequence: int) -> None:
@@ -157,7 +158,7 @@ class HealthWatch:
         learning = self._learning_now(now, node)
         graded = [
             *(("ERROR", sentence) for sentence in self._errors(now)),
-            *(("STALE", sentence) for sentence in self._stale(now)),
+            *(("STALE", sentence) for sentence in self._stale(now, node.words)),
             *(("WARN", sentence) for sentence in self._warnings(now, node, rejected)),
             *(("OK", sentence) for sentence in self._notes),
         ]
@@ -195,7 +196,7 @@ class HealthWatch:
     def _learning_now(self, now: float, node: LearnerNode) -> LearningState:
         with self._lock:
             if self._starvation is None:
-                self._starvation = Starvation(node.config.signal_settings(), self._started)
+                self._starvation = Starvation(node.config.signal_settings(), self._started, node.words)
             received = {name: stream.received for name, stream in self._streams.items()}
             starved = self._starvation.why(now, received, node.batches)
             self._learning = self._learning.now(
@@ -211,7 +212,7 @@ class HealthWatch:
             count, received = refused.get(name, 0), self._streams[name].received
             before, then, _ = self._plausible.get(name, (0, 0, None))
             if received - before >= UNIT_CHECK_VALUES or name not in self._plausible:
-                found = implausible(name, max(count - then, 0), received - before, limit)
+                found = implausible(name, max(count - then, 0), received - before, limit, node.words)
                 self._plausible[name] = received, count, None if found is None else found.sentence
         sentences = (sentence for _, _, sentence in self._plausible.values())
         return next((sentence for sentence in sentences if sentence is not None), None)
@@ -224,10 +225,11 @@ class HealthWatch:
                 errors.append(self._failure[1])
         return errors
 
-    def _stale(self, now: float) -> list[str]:
+    def _stale(self, now: float, words: AxisWords) -> list[str]:
         stale = []
         with self._lock:
-            for name, called in STREAM_NAMES.items():
+            for name in REQUIRED:
+                called = words.stream(name)
                 at = self._streams[name].at
                 if at is None:
                     if now - self._started > self._limits.stale_after:
@@ -243,11 +245,13 @@ class HealthWatch:
         return stale
 
     def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:
-        warnings = [*self._conditions.notices, *node.current_warnings.warnings]
+        words, warnings = node.words, [*self._conditions.notices, *node.current_warnings.warnings]
         with self._lock:
-            warnings += sentences.rejection_sentences(self._rejections.look(now, rejected, self._limits.warn_for))
-            warnings += sentences.stillness_sentences(self._streams["yaw_rate"], self._limits.stuck_after)
-        slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, node.batches.readings)
+            warnings += sentences.rejection_sentences(
+                self._rejections.look(now, rejected, self._limits.warn_for), words
+            )
+            warnings += sentences.stillness_sentences(self._streams["yaw_rate"], self._limits.stuck_after, words)
+        slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, node.batches.readings, words)
         warnings += [slow] if slow else []
         with self._lock:
             seldom = self._rate_watch.look()

@@ -10,19 +10,20 @@ from incsvr.learning.excitation import EXCITING_MANOEUVRE
 from incsvr.numerics import Array
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
+from incsvr.plant.words import AxisWords
 from service.health.stream_monitor import StreamMonitor
 from service.learner.node import LearnerNode
 
 CURES = {
     frozenset({"not_json", "wrong_form", "wrong_type", "unequal_length"}): (
-        'a measurement is {"t": 12.34, "value": 0.083}, or {"t": [12.34, 12.36], "value": [0.083, 0.081]}, as JSON'
+        'a measurement is {{"t": 12.34, "value": 0.083}}, or {{"t": [12.34, 12.36], "value": [0.083, 0.081]}}, as JSON'
     ),
     frozenset({"implausible"}): (
-        "a yaw rate beyond vehicle.rate_limit or a torque beyond vehicle.torque_limit counts as a sensor's fault"
+        "a {rate} beyond vehicle.rate_limit or a {effort} beyond vehicle.torque_limit counts as a sensor's fault"
     ),
     frozenset({"wrong_encoding"}): "a measurement has the encoding application/json",
 }
-"""What the sender of a refused message should send, by the reasons."""
+"""What the sender of a refused message should send, by the reasons: templates of `AxisWords`."""
 
 
 def taken_for_zero(coupled: Coupled) -> tuple[str, ...]:
@@ -36,22 +37,22 @@ def taken_for_zero(coupled: Coupled) -> tuple[str, ...]:
     )
 
 
-def rejection_sentences(lately: dict[str, int]) -> list[str]:
+def rejection_sentences(lately: dict[str, int], words: AxisWords) -> list[str]:
     """What was rejected, reason → how many, and what its senders should send."""
     told = []
     if lately.pop("clock_restarted", 0):
-        told.append("the clocks of yaw rate and torque restarted")
+        told.append(f"the clocks of {words.rate} and {words.effort} restarted")
     for reason, count in lately.items():
         told.append(f"{count} {'value' if count == 1 else 'values'} rejected: {reason.replace('_', ' ')}")
-    return told + [sentence for reasons, sentence in CURES.items() if lately.keys() & reasons]
+    return told + [words.fill(cure) for reasons, cure in CURES.items() if lately.keys() & reasons]
 
 
-def stillness_sentences(rate: StreamMonitor, longest: float) -> list[str]:
+def stillness_sentences(rate: StreamMonitor, longest: float, words: AxisWords) -> list[str]:
     """The yaw rate has been the same for longer than that [s]."""
     if rate.still_since is not None and rate.t is not None:
         still = rate.t - rate.still_since
         if still > longest:
-            return [f"the yaw rate is constant at {rate.value:g} rad/s for {still:.1f} s"]
+            return [f"the {words.rate} is constant at {rate.value:g} {words.rate_unit} for {still:.1f} s"]
     return []
 
 
@@ -73,7 +74,7 @@ MAX_BEYOND_PART = 0.1
 
 def extrapolation_sentence(node: LearnerNode) -> str | None:
     """Most of the newest samples are where the model only extrapolates."""
-    rates, served = np.array(node.batches.recent_rates), node.served.model
+    rates, served, words = np.array(node.batches.recent_rates), node.served.model, node.words
     if not rates.size or not served.is_trained:
         return None
     low, high = served.trained_range or (0.0, 0.0)
@@ -88,6 +89,6 @@ def extrapolation_sentence(node: LearnerNode) -> str | None:
     if 2 * np.count_nonzero(said.extrapolated) <= said.extrapolated.size:
         return None
     return (
-        f"the vehicle turns at {rates[-1]:.3g} rad/s, where the model extrapolates "
-        f"(learned {low:.3g} to {high:.3g} rad/s{', among other velocities' if several else ''})"
+        f"the vehicle {words.turns} at {rates[-1]:.3g} {words.rate_unit}, where the model extrapolates "
+        f"(learned {low:.3g} to {high:.3g} {words.rate_unit}{', among other velocities' if several else ''})"
     )

@@ -11,13 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals import REQUIRED, TORQUE, SignalSettings
 from incsvr.signals.bursts import in_bursts
 from incsvr.signals.settings import COMMANDED, SETTLING_S
 from incsvr.signals.streams import JUMP_S, Reading
-
-STREAM_NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
-"""The words of people for the streams that the learner cannot do without."""
 
 STARVED_AFTER_S = 4.0
 """The time without a sample, while both streams come, after which the learner is starved [s], by the wall's clock: five
@@ -55,10 +53,11 @@ class Starvation:
     Args:
         settings: how streams become samples.
         started: of the wall's clock [s].
+        words: what sentences call the quantities of the axis.
     """
 
-    def __init__(self, settings: SignalSettings, started: float) -> None:
-        self._settings = settings
+    def __init__(self, settings: SignalSettings, started: float, words: AxisWords = YAW_WORDS) -> None:
+        self._settings, self._words = settings, words
         self._since = LastSample(started)
         self._why: str | None = None
         self._last_look: tuple[float, Mapping[str, float]] = (started, {})
@@ -81,7 +80,9 @@ class Starvation:
         self._look(now, received, readings)
         missing = [name for name in REQUIRED if not received.get(name, 0)]
         if missing:
-            self._why = f"no {STREAM_NAMES[missing[0]]} has arrived yet" if now - since.at >= STARVED_AFTER_S else None
+            self._why = (
+                f"no {self._words.stream(missing[0])} has arrived yet" if now - since.at >= STARVED_AFTER_S else None
+            )
         elif fed.samples_seen != since.samples or not all(since.received.get(name, 0) for name in REQUIRED):
             newest = _newest(readings)
             t = min((newest[name] for name in REQUIRED if name in newest), default=0.0)
@@ -94,29 +95,29 @@ class Starvation:
     def _cause(
         self, now: float, readings: Mapping[str, Reading], rejected: Mapping[str, Mapping[str, int]]
     ) -> str | None:
-        settings = self._settings
+        settings, words = self._settings, self._words
         for name in REQUIRED:
             silent = now - self._last_arrivals[name][1]
             if silent >= SILENT_AFTER_S:
-                return f"the last {STREAM_NAMES[name]} arrived {silent:.0f} s ago"
+                return f"the last {words.stream(name)} arrived {silent:.0f} s ago"
         for name in REQUIRED:
             if readings[name].newest is None or self._pace.get(name) == 0.0:
                 return self._refusal_sentence(name, readings[name], rejected.get(name, {}))
         rate, torque = (readings[name] for name in REQUIRED)
-        hint = "".join(_unit_hint(name, self._pace.get(name, 1.0)) for name in REQUIRED)
+        hint = "".join(_unit_hint(words.stream(name), self._pace.get(name, 1.0)) for name in REQUIRED)
         assert rate.newest is not None
         assert torque.newest is not None
         if abs(rate.newest - torque.newest) > JUMP_S:
-            return _apart_sentence(rate, torque) + hint
+            return _apart_sentence(rate, torque, words) + hint
         for name in REQUIRED:
             longest, period = readings[name].longest or 0.0, readings[name].period or 0.0
             if name == TORQUE and settings.torque == COMMANDED:
                 continue  # it holds meanwhile
             apart = readings[name].bursts
             if apart is not None and apart > settings.longest_pause:
-                return in_bursts(STREAM_NAMES[name], apart)
+                return in_bursts(words.stream(name), apart)
             if longest > settings.longest_pause:
-                return _slow_sentence(name, period, longest, settings) + hint
+                return _slow_sentence(words.stream(name), period, longest, settings) + hint
         late = [name for name in settings.channels if not (readings[name].newest or 0.0) > torque.newest - JUMP_S]
         if late:
             return (
@@ -132,7 +133,7 @@ class Starvation:
                 f"no command is constant for the {needed:.2g} s that a sample needs; set signals.smoothing below "
                 f"{settings.smoothing:g}, keep commands constant for longer, or set signals.torque to measured"
             )
-        return "yaw rate and torque arrive, but no stretch without a pause is as long as a sample needs"
+        return f"{words.rate} and {words.effort} arrive, but no stretch without a pause is as long as a sample needs"
 
     def _look(self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading]) -> None:
         """When each stream was heard last and, once a second, how fast its clock goes."""
@@ -147,37 +148,38 @@ class Starvation:
 
     def _refusal_sentence(self, name: str, reading: Reading, rejected: Mapping[str, int]) -> str:
         """Why nothing of a stream is taken that comes."""
-        before = self._since.rejected.get(name, {})
+        before, called = self._since.rejected.get(name, {}), self._words.stream(name)
         grown = {reason: count - before.get(reason, 0) for reason, count in rejected.items()}
         reason = max(grown, key=lambda reason: grown[reason], default="")
         if not reason or grown[reason] <= 0:
-            called = STREAM_NAMES[name]
             return f"the stamps of {called} do not increase; stamp it with a clock that runs forward"
         shown = "" if reading.newest is None else f", and its clock stopped at {reading.newest:.1f} s"
-        return f"every {STREAM_NAMES[name]} is refused ({reason.replace('_', ' ')}){shown}"
+        return f"every {called} is refused ({reason.replace('_', ' ')}){shown}"
 
 
 def _newest(readings: Mapping[str, Reading]) -> dict[str, float]:
     return {name: reading.newest for name, reading in readings.items() if reading.newest is not None}
 
 
-def slow_stream(settings: SignalSettings, smoothing: float, readings: Mapping[str, Reading]) -> str | None:
+def slow_stream(
+    settings: SignalSettings, smoothing: float, readings: Mapping[str, Reading], words: AxisWords
+) -> str | None:
     """A sentence where the filter is wider [s] than configured because a stream is slow; None where it is not."""
     if smoothing <= settings.smoothing:
         return None
     name = max(REQUIRED, key=lambda name: readings[name].period or 0.0)
     return (
-        f"{STREAM_NAMES[name]} arrives every {readings[name].period or 0.0:.2g} s, so that samples are smoothed over "
+        f"{words.stream(name)} arrives every {readings[name].period or 0.0:.2g} s, so that samples are smoothed over "
         f"{smoothing:.2g} s instead of {settings.smoothing:g} s and faster motion is lost; send it more often, or set "
         f"signals.smoothing to {smoothing:.2g} to accept that"
     )
 
 
-def _apart_sentence(rate: Reading, torque: Reading) -> str:
+def _apart_sentence(rate: Reading, torque: Reading, words: AxisWords) -> str:
     """Two clocks that do not show the same time."""
     assert rate.newest is not None
     assert torque.newest is not None
-    named = [("yaw rate", rate.newest, rate.began_anew), ("torque", torque.newest, torque.began_anew)]
+    named = [(words.rate, rate.newest, rate.began_anew), (words.effort, torque.newest, torque.began_anew)]
     (late, behind, restarted), (early, ahead, set_back) = sorted(named, key=lambda one: one[1])
     cure = "stamp both with one clock"
     if restarted and not set_back:
@@ -191,21 +193,21 @@ def _apart_sentence(rate: Reading, torque: Reading) -> str:
     )
 
 
-def _slow_sentence(name: str, period: float, longest: float, settings: SignalSettings) -> str:
+def _slow_sentence(called: str, period: float, longest: float, settings: SignalSettings) -> str:
     """A stream whose pauses are longer than what is bridged."""
     pauses = f"arrives every {period:.3g} s" if period > 0.8 * longest else f"pauses for {longest:.3g} s"
     cure = f"signals.smoothing to {longest:.2g}"
     if settings.gap is not None:
         cure = f"signals.gap to {1.5 * longest:.2g} and {cure}"
     return (
-        f"{STREAM_NAMES[name]} {pauses}, longer than the {settings.longest_pause:.3g} s that are bridged; send it more "
+        f"{called} {pauses}, longer than the {settings.longest_pause:.3g} s that are bridged; send it more "
         f"often, or set {cure}"
     )
 
 
-def _unit_hint(name: str, pace: float) -> str:
+def _unit_hint(called: str, pace: float) -> str:
     """A hint where stamps run as fast as another unit would."""
     for factor, unit in _UNITS.items():
         if 0.7 < pace / factor < 1.4:
-            return f"; the stamps of {STREAM_NAMES[name]} look like {unit}, and must be seconds"
+            return f"; the stamps of {called} look like {unit}, and must be seconds"
     return ""

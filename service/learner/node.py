@@ -20,6 +20,8 @@ from incsvr.learning import checked_learner as guard
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.learner import Iteration
 from incsvr.numerics import Array
+from incsvr.plant.axes import AXES
+from incsvr.plant.words import words_of
 from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
@@ -80,7 +82,13 @@ class LearnerNode:
         self.current_warnings = CurrentWarnings("it was before the restart; the next batch decides" if paused else None)
         compensation = None if effects is None else effects.compensation
         signals = config.signal_settings()
-        self._vehicle = Vehicle(signals.inertia, self._settings.rate_range, signals.smoothing)
+        self.words = words_of(AXES[config.vehicle.axis])
+        self._vehicle = Vehicle(
+            signals.inertia,
+            self._settings.rate_range,
+            signals.smoothing,
+            words=self.words,
+        )
         window = Window(signals, config.tracing.window) if config.tracing.on else None
         coupled, others = config.coupled(), self._settings.others
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled, others)

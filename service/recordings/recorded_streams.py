@@ -8,12 +8,11 @@ from incsvr.checks.heading_against_rate import beside_yaw_rate
 from incsvr.errors import BadInput
 from incsvr.learning.offsets import offsets, unsteady
 from incsvr.plant.axes import YAW
+from incsvr.plant.words import words_of
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE
 from incsvr.signals.bursts import bursts, in_bursts
 from incsvr.signals.raw import HEADING
 from service.recordings.recording import Recording
-
-STREAM_NAMES = {YAW_RATE: "yaw rate", TORQUE: "torque"}
 
 
 def refuse_bursts(recording: Recording, names: Sequence[str] = REQUIRED) -> None:
@@ -25,7 +24,7 @@ def refuse_bursts(recording: Recording, names: Sequence[str] = REQUIRED) -> None
     for name in names:
         apart = bursts(recording.streams()[name][0])
         if apart is not None:
-            raise BadInput(f"{recording.name}: {in_bursts(STREAM_NAMES[name], apart)}")
+            raise BadInput(f"{recording.name}: {in_bursts(words_of(recording.axis).stream(name), apart)}")
 
 
 def remarks_of(recording: Recording, smoothing: float) -> list[str]:
@@ -34,9 +33,9 @@ def remarks_of(recording: Recording, smoothing: float) -> list[str]:
     Args:
         smoothing: standard deviation of the filter of both streams [s].
     """
-    streams = recording.streams()
+    streams, words = recording.streams(), words_of(recording.axis)
     said = [
-        in_bursts(STREAM_NAMES[name], apart) for name in REQUIRED if (apart := bursts(streams[name][0])) is not None
+        in_bursts(words.stream(name), apart) for name in REQUIRED if (apart := bursts(streams[name][0])) is not None
     ]
     clock = None if said else unsteady(offsets(streams[YAW_RATE], streams[TORQUE], smoothing))
     with_heading = recording.axis == YAW and HEADING in streams

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.clocks import set_at, without_leaps
 from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970
@@ -32,7 +32,6 @@ RATE_LIMIT = YAW.fastest
 MAX_TYPICAL_STEP_S = 2.0
 """Longest plausible typical time step [s]: beyond, the stamps are probably milliseconds."""
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
-_UNITS = {"t": "time [s]", "yaw_rate": "yaw rate [rad/s]", "torque": "yaw moment of the actuators [N m]"}
 
 
 def write(path: Path, recording: Recording) -> None:
@@ -93,9 +92,12 @@ def read(
 
 def _unit(axis: Axis, column: str) -> str:
     """What a column holds."""
+    words = words_of(axis)
     if column == "t":
-        return _UNITS[column]
-    return in_words_of(axis, _UNITS["yaw_rate" if column == axis.rate else "torque"])
+        return "time [s]"
+    if column == axis.rate:
+        return f"{words.rate} [{words.rate_unit}]"
+    return f"{words.name} {words.moment} of the actuators [{words.effort_unit}]"
 
 
 def _rows(path: Path, axis: Axis) -> tuple[list[str], list[list[str]]]:
