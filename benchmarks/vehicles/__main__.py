@@ -28,7 +28,6 @@ from incsvr.errors import BadInput
 from incsvr.learning.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, RecursiveLeastSquares
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import VELOCITIES
-from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.mass_and_coriolis import products
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
@@ -110,7 +109,7 @@ def judged(learn: Callable[[Material], Motion], given: Material) -> Record:
         _, simulated = model.simulate(here)
         steps = [_ahead(model, here, horizon * given.there.scale) for horizon in HORIZON_SCALES]
     except BadInput as error:
-        return {"failed": in_words_of(given.axis, str(error)), "seconds": time.process_time() - begun}
+        return {"failed": str(error), "seconds": time.process_time() - begun}
     except Exception as error:  # whatever a library says of a split that it cannot fit is the row's result
         return {"failed": f"{type(error).__name__}: {error}", "seconds": time.process_time() - begun}
     errors = zip(HORIZON_SCALES, steps, strict=True)

@@ -20,6 +20,7 @@ from incsvr.compensation.effects_in_force import HEADING_CHANNEL, HEADING_EFFECT
 from incsvr.effects import Effect, Signals, Term, candidates
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.words import YAW_WORDS, AxisWords
 
 MAX_PLAN_STEP_S = 0.1
 """Step of a plan's grid at most [s]: rotors and water are slower."""
@@ -113,7 +114,12 @@ class Feedforward:
 
 
 def feedforward(
-    plan: Plan, damping: Array, sigma: Array, inertia: float, compensation: Compensation | None = None
+    plan: Plan,
+    damping: Array,
+    sigma: Array,
+    inertia: float,
+    compensation: Compensation | None = None,
+    words: AxisWords = YAW_WORDS,
 ) -> Feedforward:
     """The torque that drives a plan.
 
@@ -122,6 +128,7 @@ def feedforward(
         damping, sigma: (n,) of the learned model at the plan's rates, and the deviation of a sample there [N m].
         inertia: I₀, as declared [kg m²].
         compensation: the effects in force, of which the damping was freed.
+        words: what remarks call the quantities of the axis.
     """
     inertial = inertia * plan.acceleration
     half = NORMAL_95_DEVIATIONS * sigma
@@ -132,11 +139,13 @@ def feedforward(
     seen = _signals(plan, compensation)
     moment, parts = _moment(pairs, plan, seen, inertial, damping)
     stages = sorted((pair for pair in pairs if pair[0].acts == "thrust"), key=lambda pair: -pair[0].stage)
-    torque, taken, short = _command(stages, seen, moment)
-    ends = [torque, *(_command(stages, seen, moment + side)[0] for side in (-half, half))]
+    torque, taken, short = _command(stages, seen, moment, words)
+    ends = [torque, *(_command(stages, seen, moment + side, words)[0] for side in (-half, half))]
     remarks += [f"{plan_words(plan, where)}: {sentence}" for sentence, where in short]
     if compensation.delay > 0.0:
-        remarks.append(f"send each torque {compensation.delay:.3g} s before its time: the thrust is so much later")
+        remarks.append(
+            f"send each {words.effort} {compensation.delay:.3g} s before its time: the thrust is so much later"
+        )
     return Feedforward(
         plan.time, torque, np.minimum.reduce(ends), np.maximum.reduce(ends), inertial, damping, parts | taken,
         max(compensation.delay, 0.0), tuple(remarks),
@@ -206,7 +215,7 @@ def _moment(
 
 
 def _command(
-    stages: list[tuple[Effect, Term]], seen: Signals, moment: Array
+    stages: list[tuple[Effect, Term]], seen: Signals, moment: Array, words: AxisWords
 ) -> tuple[Array, dict[str, Array], list[tuple[str, NDArray[np.bool_]]]]:
     """(n,) the command that makes a moment [N m], what each stage takes of it, and where a stage falls short."""
     thrust, taken, short = moment, dict[str, Array](), list[tuple[str, NDArray[np.bool_]]]()
@@ -216,7 +225,7 @@ def _command(
             lacking = np.abs(thrust - effect.thrust(command, seen, term))
             where = lacking > SHORTFALL_SHARE * float(np.abs(moment).max())
             if where.any():
-                most = f"up to {float(lacking.max()):.3g} N m of the planned torque are beyond the thrusters"
-                short.append((f"{most}: {effect.sentence}", where))
+                most = f"up to {float(lacking.max()):.3g} {words.effort_unit} of the planned {words.effort} are beyond the thrusters"
+                short.append((f"{most}: {words.fill(effect.sentence)}", where))
         taken[term.effect], thrust = command - thrust, command
     return thrust, taken, short

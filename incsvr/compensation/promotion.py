@@ -67,8 +67,7 @@ class Comparison:
             "change": {"free_run_rmse": {"estimate": self.estimate, "low": self.low, "high": self.high}},
         }
 
-    @property
-    def sentence(self) -> str:
+    def sentence(self, words: AxisWords = YAW_WORDS) -> str:
         """For people."""
         verdict = (
             f"predicts fresh data better, bets won {math.exp(min(self.evidence, 50.0)):.2g} : 1"
@@ -76,8 +75,8 @@ class Comparison:
             else f"predicts fresh data worse, bets lost {math.exp(min(self.against, 50.0)):.2g} : 1"
         )
         return (
-            f"{verdict}; free run {self.without:.3g} rad/s without, {self.without + self.estimate:.3g} rad/s with it "
-            f"({self.low:+.3g} to {self.high:+.3g})"
+            f"{verdict}; free run {self.without:.3g} {words.rate_unit} without, {self.without + self.estimate:.3g} "
+            f"{words.rate_unit} with it ({self.low:+.3g} to {self.high:+.3g})"
         )
 
 

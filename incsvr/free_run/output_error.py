@@ -23,6 +23,7 @@ from incsvr.errors import BadInput
 from incsvr.free_run.integrator import free_run
 from incsvr.free_run.motions import Motion
 from incsvr.numerics import Array, robust_deviation, root_mean_square
+from incsvr.plant.words import YAW_WORDS, AxisWords
 
 _SCORE_BLOCKS = 20
 """Blocks of time between which the scores scatter."""
@@ -44,12 +45,15 @@ class InertiaEstimate:
     rmse: float
 
 
-def identify(runs: Sequence[Motion], advance: Callable[[], None] = lambda: None) -> InertiaEstimate:
+def identify(
+    runs: Sequence[Motion], advance: Callable[[], None] = lambda: None, words: AxisWords = YAW_WORDS
+) -> InertiaEstimate:
     """Identifies I together with the damping.
 
     Args:
         runs: at least one run in which the torque and the yaw rate change.
         advance: called after every simulation of all runs.
+        words: what messages call the quantities of the axis.
 
     Raises:
         BadInput: where the runs cannot tell the inertia.
@@ -57,7 +61,8 @@ def identify(runs: Sequence[Motion], advance: Callable[[], None] = lambda: None)
     rates = np.concatenate([run.yaw_rate for run in runs]) if runs else np.empty(0)
     torques = np.concatenate([run.torque for run in runs]) if runs else np.empty(0)
     if rates.size < 100 or np.ptp(rates) == 0.0 or np.ptp(torques) == 0.0:
-        raise BadInput("the inertia cannot be estimated: torque and yaw rate must change, over at least 100 samples")
+        streams = f"{words.effort} and {words.rate}"
+        raise BadInput(f"the {words.inertia} cannot be estimated: {streams} must change, over at least 100 samples")
     # In units of the largest rate and torque the damping's coefficients are of the order of one.
     rate_scale, torque_scale = float(np.abs(rates).max()), float(np.abs(torques).max())
 
@@ -81,8 +86,8 @@ def identify(runs: Sequence[Motion], advance: Callable[[], None] = lambda: None)
     rmse = root_mean_square(fit.fun) * rate_scale
     if not (rmse < 0.9 * float(np.std(rates)) and relative < 0.5):
         raise BadInput(
-            "the inertia cannot be estimated: no free run follows these recordings; "
-            "give open-loop runs in which the vehicle speeds up and slows down, or declare the inertia"
+            f"the {words.inertia} cannot be estimated: no free run follows these recordings; give open-loop runs in "
+            f"which the vehicle speeds up and slows down, or declare the {words.inertia}"
         )
     inertia = float(np.exp(fit.x[0]))
     return InertiaEstimate(inertia, inertia * relative, rmse)

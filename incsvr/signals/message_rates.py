@@ -8,6 +8,7 @@ from math import ceil
 import numpy as np
 
 from incsvr.numerics import Array
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals.scales import time_scale
 
 MAX_PERIOD_SCALES = 0.1
@@ -48,28 +49,22 @@ class SlowTorque:
     scale: float
     hertz: int
 
-    @property
-    def fault(self) -> str:
+    def fault(self, words: AxisWords = YAW_WORDS) -> str:
         """For people, without the cure."""
         return (
-            f"the torque is sampled every {self.period:.2g} s, too seldom for a vehicle whose yaw rate changes within "
-            f"{self.scale:.2g} s: the torque in between is unknown"
+            f"the {words.effort} is sampled every {self.period:.2g} s, too seldom for a vehicle whose {words.rate} "
+            f"changes within {self.scale:.2g} s: the {words.effort} in between is unknown"
         )
-
-    @property
-    def of_a_log(self) -> str:
-        """The sentence with the cure, for who records with ArduPilot."""
-        return self.of_a_log_by("blueos")
 
     def of_a_log_by(self, preset: str | None) -> str:
         """The sentence with the cure in a preset's words; None is no preset's."""
         how = _CURES.get(preset or "", "")
-        return f"{self.fault}; record it at {self.hertz} Hz or more{f' ({how})' if how else ''}"
+        return f"{self.fault()}; record it at {self.hertz} Hz or more{f' ({how})' if how else ''}"
 
-    def on_a_bus(self, asks: bool) -> str:
+    def on_a_bus(self, asks: bool, words: AxisWords = YAW_WORDS) -> str:
         """The sentence with the cure, for who sends; `asks` where the vehicle can be asked from here."""
         cure = f": `incsvr inputs --ask {self.hertz}` asks the vehicle for it" if asks else ""
-        return f"{self.fault}; send it at {self.hertz} Hz or more{cure}"
+        return f"{self.fault(words)}; send it at {self.hertz} Hz or more{cure}"
 
 
 def slow_torque(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> SlowTorque | None:

@@ -70,7 +70,7 @@ def inertia(
     if signals.torque == COMMANDED:
         pieces = [held for run in runs for held in held_motions(run.streams(), signals.longest_pause)] or pieces
     with progress("estimating the inertia") as advance:
-        estimate = identify(pieces, advance)
+        estimate = identify(pieces, advance, words_of(runs[0].axis))
     return estimate.inertia, estimate
 
 

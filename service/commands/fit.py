@@ -10,10 +10,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
@@ -104,11 +102,8 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     config = read_config(args.config, over)
     reading = Reading.of(args, config)
     axis = reading.axis
-    try:
-        fit, result, words = _fitted(args, config, reading)
-    except BadInput as error:
-        raise BadInput(in_words_of(axis, str(error))) from None
-    return axis, fit, result, in_words_of(axis, words)
+    fit, result, words = _fitted(args, config, reading)
+    return axis, fit, result, words
 
 
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
@@ -136,7 +131,6 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     result = fit.to_dict() | declared_inertia.estimate_in_result(
         estimate, fit.closed_loop, fit.remarks, words_of(fit.axis)
     )
-    result["remarks"] = [in_words_of(reading.axis, each) for each in result["remarks"]]
     if reading.axis != YAW:
         result |= {"axis": reading.axis.name}
     return fit, result, words

@@ -64,7 +64,11 @@ class Terms:
         """The learner's settings, scaled to the samples where none are given."""
         chosen: dict[str, Any] = {} if self.policy is None else {"policy": self.policy}
         chosen |= {"own": recording.axis.rate, "others": self.inputs} if self.inputs else {}
-        return learner_for(samples, **chosen) if self.learner is None else Settings(**asdict(self.learner) | chosen)
+        return (
+            learner_for(samples, words_of(self.axis), **chosen)
+            if self.learner is None
+            else Settings(**asdict(self.learner) | chosen)
+        )
 
     def learned(
         self,

@@ -8,6 +8,7 @@ from incsvr.checks import YOUNG_CURVE_BATCHES, Verdict
 from incsvr.errors import BadInput
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation
 from incsvr.learning.model import Model
+from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.words import words_of
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
@@ -82,11 +83,12 @@ def refuse_unlearned(
     if doubt is not None:
         raise BadInput(f"{joined.name}: {doubt}")
     undriven_at_all = Excitation(0, excitation.samples, excitation.fastest, None)
-    made = (undriven_at_all if idle else excitation).sentence
+    made = in_words_of(joined.axis, (undriven_at_all if idle else excitation).sentence)
+    drive = in_words_of(joined.axis, EXCITING_MANOEUVRE)
     pushed = None if idle or terms.coupled is not None else other_velocities.coupling_sentence(joined, samples, signals)
     besides = "" if pushed is None else f"; or other velocities caused it: {pushed}; {other_velocities.VELOCITIES_CURE}"
     doubted = next((each.findings[0] for each in verdicts if each.findings), None)
-    why = f"too little motion to learn from: {made}; {EXCITING_MANOEUVRE}"
+    why = f"too little motion to learn from: {made}; {drive}"
     if doubted is not None and not little:
         why = f"no samples are usable: {cures.sentence(doubted)}"
     raise BadInput(f"{joined.name}: {why}{besides}")

@@ -19,6 +19,7 @@ from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_an
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.resolution import resolution_fault
 from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.plant.words import words_of
@@ -121,9 +122,12 @@ class Fit:
         sentences += [*in_sentences(training.verdicts), *(effects.warnings if effects else ())]
         quick = None if declaration.doubt is not None else resolution_fault(samples, signals.smoothing)
         if quick is not None:
-            sentences.append(f"{quick.sentence}; {proposal(quick, runs, unseen or runs, signals, terms, model)}")
+            cure = proposal(quick, runs, unseen or runs, signals, terms, model)
+            sentences.append(f"{in_words_of(joined.axis, quick.sentence)}; {cure}")
         if excitation.little:
-            sentences.append(f"little excitation: {excitation.sentence}; {EXCITING_MANOEUVRE}")
+            sentences.append(
+                in_words_of(joined.axis, f"little excitation: {excitation.sentence}; {EXCITING_MANOEUVRE}")
+            )
         return Fit(
             joined.name,
             signals,

@@ -11,7 +11,6 @@ from typing import Any
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.words import words_of
 from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
@@ -79,10 +78,7 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
     config = read_config(args.config)
     reading = replace(Reading.of(args, config), ours_whole=True)
     axis = reading.axis
-    try:
-        found, others, parts = _traced(args, reading, config)
-    except BadInput as error:
-        raise BadInput(in_words_of(axis, str(error))) from None
+    found, others, parts = _traced(args, reading, config)
     told = {"headline": headline(found), **found.to_dict(), "axis": axis.name, **others.to_dict()}
     told |= {"parts": [part.to_dict() for part in parts]} if parts else {}
     return axis, found, told
@@ -113,8 +109,7 @@ def _traced(
         found = replace(found, notes=(how, *found.notes))
     pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
     notes = (*(part.sentence for part in after), *others.remarks, *found.notes)
-    notes, doubts = (tuple(in_words_of(reading.axis, each) for each in of) for of in (notes, found.doubts))
-    return replace(found, notes=notes, doubts=doubts, pictures=pictures), others, after
+    return replace(found, notes=notes, pictures=pictures), others, after
 
 
 def trace_recordings(

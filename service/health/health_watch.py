@@ -14,8 +14,6 @@ from dataclasses import dataclass
 
 from incsvr.checks import implausible
 from incsvr.numerics import Array
-from incsvr.plant.axes import AXES
-from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import AxisWords
 from incsvr.signals import MAX_CHANNELS, REQUIRED
@@ -166,12 +164,12 @@ class HealthWatch:
         if learning.state == "paused" or (learning.state == "starved" and not silent):  # else the silence says it all
             graver = sum(level in ("ERROR", "STALE") for level, _ in graded)
             graded.insert(graver, ("WARN", learning.sentence))
-        served, axis = node.served, AXES[node.config.vehicle.axis]
+        served = node.served
         with self._lock:
             streams = {name: stream.health(now, readings.get(name)) for name, stream in self._streams.items()}
         return wire.Health(
             level=graded[0][0] if graded else "OK",  # type: ignore[arg-type]
-            reasons=tuple(in_words_of(axis, sentence) for _, sentence in graded),
+            reasons=tuple(sentence for _, sentence in graded),
             counters={
                 "samples": node.batches.samples_seen,
                 "iterations": served.iteration,
@@ -188,7 +186,7 @@ class HealthWatch:
             t=served.t,
             uptime_s=round(now - self._started, 3),
             streams=streams,
-            learning=wire.Learning(state=learning.state, since=learning.since, why=in_words_of(axis, learning.why)),
+            learning=wire.Learning(state=learning.state, since=learning.since, why=learning.why),
             vehicle=self._vehicle,
             axes=self._axes,
         )
@@ -255,7 +253,7 @@ class HealthWatch:
         warnings += [slow] if slow else []
         with self._lock:
             seldom = self._rate_watch.look()
-        warnings += [seldom.on_a_bus(self._askable)] if seldom is not None else []
+        warnings += [seldom.on_a_bus(self._askable, words)] if seldom is not None else []
         return [*warnings, *sentences.motion_sentences(node), *self._where_it_extrapolates(now, node)]
 
     def _where_it_extrapolates(self, now: float, node: LearnerNode) -> tuple[str, ...]:

@@ -8,7 +8,8 @@ import numpy as np
 
 from incsvr.learning.excitation import EXCITING_MANOEUVRE
 from incsvr.numerics import Array
-from incsvr.plant.axes import stream_of
+from incsvr.plant.axes import AXES, stream_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import AxisWords
 from service.health.stream_monitor import StreamMonitor
@@ -58,12 +59,12 @@ def stillness_sentences(rate: StreamMonitor, longest: float, words: AxisWords) -
 
 def motion_sentences(node: LearnerNode) -> list[str]:
     """It is too quick for the streams, or tells too little."""
-    told, recent = [], node.recent_batches
+    told, recent, axis = [], node.recent_batches, AXES[node.config.vehicle.axis]
     quick, excitation = recent.unresolved, recent.excitation
     if quick is not None:
-        told.append(f"{quick.sentence}; {quick.cure(node.config.signal_settings())}")
+        told.append(in_words_of(axis, f"{quick.sentence}; {quick.cure(node.config.signal_settings())}"))
     if excitation is not None and excitation.little:
-        told.append(f"little excitation: {excitation.sentence}; {EXCITING_MANOEUVRE}")
+        told.append(in_words_of(axis, f"little excitation: {excitation.sentence}; {EXCITING_MANOEUVRE}"))
     return told
 
 

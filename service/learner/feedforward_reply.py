@@ -9,16 +9,16 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.prediction import Prediction
 from incsvr.numerics import Array
-from incsvr.plant.axes import AXES
-from incsvr.plant.axis_words import in_words_of
 from service import wire
 from service.learner.damping_query import MAX_RATE, DampingQuery
 from service.learner.node import LearnerNode
 from service.learner.published import ServedModel, check_trained
 
 NOT_IN_A_BODY = (
-    "what the body's other velocities and its attitude take (vehicle.mass_matrix, vehicle.weight) is not in this torque"
+    "what the body's other velocities and its attitude take (vehicle.mass_matrix, vehicle.weight) is not in this "
+    "{effort}"
 )
+"""A template of `AxisWords`."""
 
 
 def feedforward_reply(
@@ -44,16 +44,16 @@ def feedforward_reply(
     acceleration = None if asked.acceleration is None else np.array(asked.acceleration)
     plan = Plan.of(np.array(asked.t), np.array(asked.rate), acceleration, channels)
     if not np.abs(plan.rate).max() <= MAX_RATE:
-        raise BadInput(f"a rate beyond {MAX_RATE:g} rad/s is planned; plan in rad/s")
+        unit = node.words.rate_unit
+        raise BadInput(f"a rate beyond {MAX_RATE:g} {unit} is planned; plan in {unit}")
     learned = _prediction(served, plan.rate, plan.channels)
-    found = feedforward(plan, learned.damping, learned.sigma, node.config.vehicle.inertia, compensation)
+    found = feedforward(plan, learned.damping, learned.sigma, node.config.vehicle.inertia, compensation, node.words)
     remarks = list(found.remarks)
     if learned.extrapolated.any():
         remarks.append(f"{plan_words(plan, learned.extrapolated)}: the damping there is not learned but extrapolated")
     if node.config.coupled() is not None:
-        remarks.append(NOT_IN_A_BODY)
+        remarks.append(node.words.fill(NOT_IN_A_BODY))
     there = found.at(np.array(asked.t))
-    axis = AXES[node.config.vehicle.axis]
     return wire.FeedforwardReply(
         t=asked.t,
         torque=tuple(there.torque.tolist()),
@@ -64,7 +64,7 @@ def feedforward_reply(
         effects_part=tuple((there.torque - there.inertia_part - there.damping_part).tolist()),
         effects={name: tuple(values.tolist()) for name, values in there.effects.items()},
         lead_s=there.lead,
-        told=tuple(in_words_of(axis, remark) for remark in remarks),
+        told=tuple(remarks),
         iteration=served.iteration,
         revision=served.revision,
     )

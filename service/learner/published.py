@@ -15,7 +15,6 @@ from incsvr.learning.learner import Iteration
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.axis_words import in_words_of
 from incsvr.signals.samples import Samples
 from service import wire
 from service.learner.damping_query import DampingQuery
@@ -175,7 +174,7 @@ def report(
         sigma=_finite(iteration.model.sigma),
         validation=tuple(_error_on(name, samples, served.model) for name, samples in validation.items()),
         learned=learned,
-        change=None if iteration.change is None else in_words_of(axis, iteration.change),
+        change=iteration.change,
     )
 
 

@@ -231,7 +231,7 @@ class LiveTracing:
             return
         content = before.under_test[1]
         names = self._names(content)
-        decision = decide_proof(before, before.under_test, names, comparison, newest, self._config.tracing)
+        decision = decide_proof(before, before.under_test, names, comparison, newest, self._config.tracing, node.words)
         self._enter(before.after_proof(newest, decision.verdict, decision.error, decision.won))
         if decision.step is None:
             log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(names), decision.verdict, decision.why)

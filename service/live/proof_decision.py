@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from incsvr.compensation.promotion import Comparison, Verdict, in_force, level, on_trial
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from service.config.sections import Tracing
 from service.live.ledger import last_step
 from service.live.trace_content import TraceContent
@@ -40,6 +41,7 @@ def decide_proof(
     comparison: Comparison,
     newest: float,
     settings: Tracing,
+    words: AxisWords = YAW_WORDS,
 ) -> ProofDecision:
     """What becomes of the effects of these names.
 
@@ -47,6 +49,7 @@ def decide_proof(
         state: of live tracing before.
         under_test: the trace that they are of, as `state.under_test` gives it.
         comparison: with and without them on fresh data up to `newest` [s].
+        words: what the reason calls the quantities of the axis.
     """
     (role, content), advise = under_test, settings.live == "advise"
     step: str
@@ -68,7 +71,7 @@ def decide_proof(
     error = comparison.error if comparison.turned else None if content.proof is None else content.proof.error
     again = step == "doubtful" and last_step(state, names) == step
     if verdict in ("kept", "waits") or again:
-        return ProofDecision(verdict, None, comparison.sentence, error, won)
+        return ProofDecision(verdict, None, comparison.sentence(words), error, won)
     instead = "in place of those in force, " if role == "suspected" and state.active is not None else ""
     cure = f"; to take it back: incsvr effects withdraw {names[0]}" if step == "doubtful" else ""
-    return ProofDecision(verdict, step, instead + comparison.sentence + cure, error, won)
+    return ProofDecision(verdict, step, instead + comparison.sentence(words) + cure, error, won)

@@ -8,6 +8,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.words import AxisWords
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.measured_streams import MeasuredStreams
@@ -19,26 +20,26 @@ MIN_TURN_DEVIATIONS = 7.0
 about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
 
 
-def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams) -> None:
+def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words: AxisWords) -> None:
     """Raises BadInput where the torque is a part of what the vehicle can, and nobody said what that is."""
     torque = inputs.torque
     if torque is None or torque.unit != FRACTION or torque.scale != 1.0:
         return
     cure = (
-        f"the torque is a fraction of full thrust, not N m, until its scale is given: "
-        f"--column 'torque={torque.topic}.{torque.field}*NEWTON_METRES'"
+        f"the {words.effort} is a fraction of full thrust, not {words.effort_unit}, until its scale is given: "
+        f"--column '{words.effort_column}={torque.topic}.{torque.field}*NEWTON_METRES'"
     )
     time, rate = measured.streams["yaw_rate"]
     if measured.armed is not None:
         inside = is_within(time, arming_spans(*measured.armed))
         rate = rate[inside] if inside.any() else rate
-    still = stillness(rate)
+    still = stillness(rate, words)
     if still is not None:
         raise BadInput(f"{path}: {still}; and {cure}")
     raise BadInput(f"{path}: {cure}")
 
 
-def stillness(rate: Array) -> str | None:
+def stillness(rate: Array, words: AxisWords) -> str | None:
     """A sentence where a yaw rate (n,) [rad/s] never leaves its noise."""
     if rate.size < 10:
         return None
@@ -47,6 +48,6 @@ def stillness(rate: Array) -> str | None:
     if fastest >= MIN_TURN_DEVIATIONS * noise:
         return None
     return (
-        f"the yaw rate never exceeds its noise (99 % of it are below {fastest:.2g} rad/s where the gyro scatters by "
-        f"{noise:.1g})"
+        f"the {words.rate} never exceeds its noise (99 % of it are below {fastest:.2g} {words.rate_unit} where the "
+        f"gyro scatters by {noise:.1g})"
     )

@@ -14,6 +14,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW, Axis
+from incsvr.plant.words import words_of
 from service.cli.progress import progress
 from service.config.configuration import Config
 from service.inputs.arming import Spans, arming_spans, is_within
@@ -151,13 +152,13 @@ class Reading:
         notes = (*proposal.sentences, *measured.notes)
         recording = replace(recording, notes=notes, places=_places(proposal.inputs))
         recording = put_back(recording, self.axis)
-        refuse_fraction(path, proposal.inputs, measured)
+        refuse_fraction(path, proposal.inputs, measured, words_of(self.axis))
         if not self.learns:
             return recording
         recording = _armed_alone(path, recording)
-        still = stillness(recording.streams()["yaw_rate"][1])
+        still = stillness(recording.streams()["yaw_rate"][1], words_of(self.axis))
         if still is not None:
-            raise BadInput(f"{path}: {still}; give a log in which the vehicle turns both ways")
+            raise BadInput(f"{path}: {still}; give a log in which the vehicle {words_of(self.axis).turns} both ways")
         return recording
 
     def _recording(self, path: Path, measured: MeasuredStreams, inputs: Inputs, since_1970: float | None) -> Recording:
@@ -183,9 +184,10 @@ class Reading:
         time, rate = recording.streams()["yaw_rate"]
         beyond = np.flatnonzero(np.abs(rate) > self.rate_limit)
         if beyond.size:
+            words = words_of(self.axis)
             raise BadInput(
-                f"{path}: yaw_rate is {rate[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the plausible "
-                f"±{self.rate_limit:g} rad/s{_in_degrees(inputs.yaw_rate)}"
+                f"{path}: {words.rate_column} is {rate[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the plausible "
+                f"±{self.rate_limit:g} {words.rate_unit}{_in_degrees(inputs.yaw_rate, self.axis)}"
                 + (f"; if the vehicle really turns so fast, raise {self.limit_is}" if self.limit_is else "")
             )
         return recording
@@ -197,11 +199,11 @@ def _places(inputs: Inputs) -> dict[str, str]:
     return {name: typed_source_with_unit(source) for name, source in sources.items() if source is not None}
 
 
-def _in_degrees(source: Source | None) -> str:
+def _in_degrees(source: Source | None, axis: Axis) -> str:
     """What to type where a yaw rate is in degrees per second and nothing said so."""
-    if source is None or source.unit not in ("", "rad/s"):
+    if source is None or axis.along or source.unit not in ("", "rad/s"):
         return ""
-    return f"; if it is in degrees per second, give the unit: --column yaw_rate={typed_source(source)}:deg/s"
+    return f"; if it is in degrees per second, give the unit: --column {axis.rate}={typed_source(source)}:deg/s"
 
 
 def _several(paths: Sequence[Path]) -> int | None:

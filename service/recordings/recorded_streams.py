@@ -8,6 +8,7 @@ from incsvr.checks.heading_against_rate import beside_yaw_rate
 from incsvr.errors import BadInput
 from incsvr.learning.offsets import offsets, unsteady
 from incsvr.plant.axes import YAW
+from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.words import words_of
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE
 from incsvr.signals.bursts import bursts, in_bursts
@@ -40,4 +41,5 @@ def remarks_of(recording: Recording, smoothing: float) -> list[str]:
     clock = None if said else unsteady(offsets(streams[YAW_RATE], streams[TORQUE], smoothing))
     with_heading = recording.axis == YAW and HEADING in streams
     heading = beside_yaw_rate(streams[YAW_RATE], streams[HEADING]) if with_heading else None
+    clock = None if clock is None else in_words_of(recording.axis, clock)
     return [*said, *(each for each in (clock, heading) if each is not None)]

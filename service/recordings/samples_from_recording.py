@@ -16,6 +16,7 @@ from incsvr.learning.scaling import scaled_to
 from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.signals.holding import REPEATED_SHARE, held_command
 from incsvr.signals.raw import HEADING
@@ -135,7 +136,7 @@ def _held_share(recordings: Sequence[Recording], smoothing: float) -> float:
     return float(there.mean()) if (told >= np.minimum(seen, MIN_HELD_WINDOWS)).all() else 0.0
 
 
-def learner_for(samples: Samples, **chosen: object) -> Settings:
+def learner_for(samples: Samples, words: AxisWords = YAW_WORDS, **chosen: object) -> Settings:
     """The paper's settings in the units of this vehicle, where none are configured.
 
     They were tuned for ±0.25 rad/s and ±100 N m; lengths in yaw rate and in torque are scaled to what `samples` span.
@@ -143,7 +144,9 @@ def learner_for(samples: Samples, **chosen: object) -> Settings:
     rate = float(np.abs(samples.yaw_rate).max(initial=0.0))
     damping = float(np.abs(samples.damping).max(initial=0.0))
     if not (rate > 0.0 and damping > 0.0):
-        raise BadInput("yaw rate or damping is zero in every sample; give recordings in which the vehicle turns")
+        raise BadInput(
+            f"{words.rate} or damping is zero in every sample; give recordings in which the vehicle {words.turns}"
+        )
     return scaled_to(rate, damping, **chosen)
 
 

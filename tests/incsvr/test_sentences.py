@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from incsvr.effects import catalogue
 from incsvr.plant.axes import AXES
-from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
 from incsvr.tracing.sentences import sentence
 
 
@@ -18,9 +20,10 @@ def test_a_negative_delay_is_no_dead_time() -> None:
     assert "stamps are late" in ahead
 
 
-@pytest.mark.parametrize(("axis", "column"), [("yaw", "torque"), ("roll", "roll_torque"), ("surge", "surge_force")])
-def test_a_flag_names_the_columns_of_the_axis(axis: str, column: str) -> None:
-    turned = in_words_of(AXES[axis], "the torque: `--column torque=-torque`, or `--column torque=…*SCALE`")
-    assert turned.endswith(f"`--column {column}=-{column}`, or `--column {column}=…*SCALE`")
-    flags = "give --inertia, --torque commanded, or signals.torque and vehicle.inertia in a --config FILE"
-    assert in_words_of(AXES[axis], flags) == flags
+@pytest.mark.parametrize("name", AXES)
+def test_every_effect_speaks_of_the_axis(name: str) -> None:
+    words = words_of(AXES[name])
+    for effect in catalogue(("depth",)).values():
+        said = words.fill(effect.sentence)
+        assert name == "yaw" or not re.search(r"\byaw\b", said), said
+        assert words.effort == "torque" or not re.search(r"\btorque\b|(?<!Munk )\bmoment\b", said), said
