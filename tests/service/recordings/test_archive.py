@@ -185,8 +185,8 @@ def test_where_no_other_file_can_be_begun_health_says_so(start: StartBench, tmp_
     bench = start(**QUICK, archive__directory=str(folder))
     shutil.rmtree(folder)
     folder.write_text("in its place")
-    told = bench.health_when(lambda health: any("is not archived" in reason for reason in health.reasons))
-    assert any(f"is not archived: {folder} is no directory; name another" in reason for reason in told.reasons)
+    told = bench.health_when(lambda health: any("are not archived" in reason for reason in health.reasons))
+    assert any(f"are not archived: {folder} is no directory; name another" in reason for reason in told.reasons)
 
 
 def test_on_a_full_disk_health_says_so_and_nothing_else_stops(
