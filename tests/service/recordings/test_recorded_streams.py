@@ -68,7 +68,7 @@ def test_nothing_is_said_of_a_recording_that_is_right(streams: Streams) -> None:
         ("torque", lambda t, v: (1.0 + t - 1.0 * (t > HALF), v), "the torque is 1 s later"),
         ("yaw_rate", lambda t, v: (t + 1.0 * (t > HALF), v), "the clock of one stream steps between"),
         ("torque", lambda t, v: (1.002 * t, v), "the clock of one stream runs at another speed, 1.9 ms"),
-        ("torque", lambda t, v: (sent_together(t, 0.5), v), "the torque comes in bursts 0.49 s apart, stamped when"),
+        ("torque", lambda t, v: (sent_together(t, 0.5), v), "the torque arrives in bursts 0.49 s apart, stamped when"),
         ("heading", lambda t, v: (t, v + 0.003 * t), "the heading drifts by +0.003 rad/s against the yaw rate, +68"),
         ("heading", lambda t, v: (t, v[::-1]), "the heading does not follow the yaw rate"),
     ],
