@@ -225,7 +225,7 @@ def _command(
             lacking = np.abs(thrust - effect.thrust(command, seen, term))
             where = lacking > SHORTFALL_SHARE * float(np.abs(moment).max())
             if where.any():
-                most = f"up to {float(lacking.max()):.3g} {words.effort_unit} of the planned {words.effort} are beyond the thrusters"
-                short.append((f"{most}: {words.fill(effect.sentence)}", where))
+                most = f"up to {float(lacking.max()):.3g} {words.effort_unit} of the planned {words.effort}"
+                short.append((f"{most} are beyond the thrusters: {words.fill(effect.sentence)}", where))
         taken[term.effect], thrust = command - thrust, command
     return thrust, taken, short

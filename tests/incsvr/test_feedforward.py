@@ -81,7 +81,7 @@ def test_each_effect_is_inverted(term: Term) -> None:
 def test_what_cannot_be_made_or_is_not_known_is_a_sentence() -> None:
     limited = answered(Term("torque_saturation", "limit", (1.0,), (4.0,)))
     assert np.abs(limited.torque).max() == 4.0
-    assert any("cannot be made" in remark and "saturates" in remark for remark in limited.remarks)
+    assert any("beyond the thrusters" in remark and "saturates" in remark for remark in limited.remarks)
     late = answered(Term("torque_delay", "", (0.3,)))
     assert late.lead == 0.3
     assert any("0.3 s before its time" in remark for remark in late.remarks)
