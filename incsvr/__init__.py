@@ -26,7 +26,7 @@ from incsvr.errors import BadInput
 __all__ = ["BadInput", "Log", "Result", "fit", "identify", "read", "trace"]
 
 _FILES = "service.commands.python_api"
-"""What reads files and calls the commands: named, not imported, so that the mathematics stays free of it."""
+"""The module that reads files and calls the commands: named, not imported, so that the mathematics stays free of it."""
 
 
 class _PathLike(Protocol):
@@ -34,10 +34,10 @@ class _PathLike(Protocol):
 
 
 class Result(Protocol):
-    """What was learned or found; frozen."""
+    """The frozen result of a function of this module."""
 
     def to_dict(self) -> dict[str, Any]:
-        """What the command writes with `--json`."""
+        """The JSON that the command writes with `--json`."""
 
     def plot(self) -> Any:
         """A figure of matplotlib; BadInput says how matplotlib is installed where it is not."""
@@ -86,7 +86,7 @@ def fit(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
 
 
 def trace(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
-    """What the declared model lacks, as `incsvr trace` finds it; otherwise as `fit`.
+    """The effects that the declared model lacks, as `incsvr trace` finds them; arguments as of `fit`.
 
     Args:
         recordings, validate: runs to fit, and unseen recordings, used for validation alone.

@@ -2,14 +2,14 @@
 
 
 class BadInput(ValueError):
-    """What was given cannot be used; the message is one clear sentence that names the cure.
+    """The input cannot be used; the message is one clear sentence that names the cure.
 
     The command line prints it without a traceback and exits with status 2; the bus answers with it.
     """
 
 
 class Failed(Exception):
-    """What was given is right, and the work could not be done; the message is one clear sentence.
+    """The input is right, but the work could not be done; the message is one clear sentence.
 
     The command line prints it without a traceback and exits with status 1.
     """

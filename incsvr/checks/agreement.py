@@ -38,12 +38,12 @@ JOINT_WINDOW_INDEX = 3
 MAX_JOINED_DURATIONS = 2.0
 """Longest pause, in durations of the batch, across which two batches are looked at together."""
 CurveOfRates = Callable[[Array], Curve]
-"""What is learned, at any yaw rates (n,) [rad/s]."""
+"""The learned curve at any yaw rates (n,) [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class CheckResult:
-    """What one check saw, whether it could have seen its faults in this batch, and how far apart the streams seem."""
+    """The result of one check: its findings, whether this batch could show its faults, and the lag of the streams."""
 
     findings: list[Finding]
     conclusive: bool
@@ -103,7 +103,7 @@ def respond(
 
 
 def least_lag(state: State, vehicle: Vehicle) -> float:
-    """How far from its usual the lag between the streams may be [s]; a rotor's is not known from the beginning."""
+    """The tolerated deviation of the lag between the streams from its usual [s]; a rotor's is unknown at first."""
     usual = abs(state.lag)
     return (
         MIN_LAG_WIDTHS * vehicle.smoothing + usual

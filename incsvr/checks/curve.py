@@ -1,4 +1,4 @@
-"""What is learned of the damping, as far as the checks of one batch need it."""
+"""The learned damping, as far as the checks of one batch need it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SLOPE_STEP_SHARE = 0.02
 
 
 class ServedCurve(NamedTuple):
-    """What a model says at (n,) yaw rates.
+    """The values of a model at (n,) yaw rates.
 
     Attributes:
         damping: (n,) f(r) [N m].

@@ -66,7 +66,7 @@ def stuck(
     reach: Mapping[str, float],
     curve: Curve | None,
 ) -> tuple[list[Finding], bool]:
-    """What stood still of a batch, and whether both streams moved at all.
+    """The streams that were constant in a batch, and whether both moved at all.
 
     Args:
         batch: with what its raw streams showed.

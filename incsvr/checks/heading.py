@@ -27,7 +27,7 @@ MIN_HEADINGS = 5
 
 
 def against_heading(batch: Samples, largest_rate: float) -> list[Finding]:
-    """What a measured heading says of the yaw rate of a batch; nothing where none is measured."""
+    """The findings of a measured heading on a batch's yaw rate; none without a heading."""
     if HEADING not in batch.raw:
         return []
     gyro, compass, lasted = _increments(batch, 2.0 * pi)

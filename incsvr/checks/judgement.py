@@ -1,4 +1,4 @@
-"""All checks of one batch, in the order of how sure their causes are, and the decision that follows.
+"""All checks of one batch, the surest causes first, and the decision that follows.
 
     state, verdict = check(state, vehicle, batch, learned, older)
 
@@ -144,7 +144,7 @@ def _trusted(state: State, vehicle: Vehicle, learned: CurveOfRates | None) -> Cu
 
 
 def _reconsidered(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None, pausing: str | None) -> State:
-    """How many batches in a row speak against what is learned, and for each other; a straight leg says nothing."""
+    """The number of consecutive batches that contradict the learned curve and agree with each other."""
     if known is None or state.paused_since is None or not turns(batch, vehicle.largest_rate):
         return state
     foreign = pausing in (None, RESPONSE) and state.kinds <= {RESPONSE, UNCLEAR}
@@ -182,7 +182,7 @@ def _sign(vehicle: Vehicle, batch: Samples) -> CheckResult:
 
 
 def _unmoved(vehicle: Vehicle, batch: Samples, learned: CurveOfRates | None) -> list[Finding]:
-    """By what the first batches taught already: of the curve only its size counts."""
+    """The findings on a torque that turns nothing; of the learned curve only the size is used."""
     if learned is None:
         return []
     return unmoved(batch, vehicle.largest_rate, learned(batch.yaw_rate).largest, vehicle.inertia)
@@ -222,7 +222,7 @@ def _once(state: State, batch: Samples, findings: list[Finding]) -> list[Finding
 
 
 def _usual(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None, drifts: bool) -> State:
-    """What is usual, with a batch that is learned; while a clock drifts, the lag that it makes is not."""
+    """The usual values after a learned batch; the lag of a drifting clock is not among them."""
     usual, reach, periods = {}, {}, {}
     for name in STREAM_WORDS:
         low, high = batch.raw[named(name, LOW)], batch.raw[named(name, HIGH)]

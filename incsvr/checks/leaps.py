@@ -51,5 +51,5 @@ def leaps(batch: Samples, curve: Curve) -> list[Finding]:
 
 
 def _sided(left: Array, direction: Array) -> float:
-    """How much of what is left over points one way along a direction: 1 where all does."""
+    """The share of the residual that points one way along a direction: 1 if all does."""
     return abs(float(left @ direction)) / float(np.abs(left).sum())

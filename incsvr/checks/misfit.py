@@ -1,4 +1,4 @@
-"""What follows from what the curve leaves over: a changed vehicle is told and learned, a sensor's fault is not."""
+"""The decision by the curve's residual: a changed vehicle is reported and learned, a sensor's fault is not."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ def _apparent(cause: str, size: float) -> float | None:
 
 
 def _change(cause: str, size: float, since: float, scales: Scales) -> str | None:
-    """What changed of the vehicle, where that is more than is learned without a word."""
+    """The sentence on a change of the vehicle that is large enough to be reported."""
     gain = _apparent(cause, size)
     if gain is not None and abs(gain) > MIN_DAMPING_CHANGE:
         other = f" (thrust by {100.0 * (1.0 / (1.0 + gain) - 1.0):+.0f} % looks the same)" if gain > -1.0 else ""

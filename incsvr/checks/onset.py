@@ -1,4 +1,4 @@
-"""What begins seconds before the end of a batch: too short to be named, and learned with it if nobody looks.
+"""Faults that begin seconds before the end of a batch: too short to be named, but the batch must wait.
 
 The last samples are all off by far while those before follow the learned curve. Where a vehicle that changed would be
 like this, the batch is learned: a hull that is mounted is no fault. Else the batch waits for the next one, which tells.

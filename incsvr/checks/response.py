@@ -1,4 +1,4 @@
-"""What the learned curve leaves over of a batch, and which single cause explains it best.
+"""The residual of a batch by the learned curve, and the single cause that explains it best.
 
 Of e = d − f(r) each cause makes a shape of its own:
 
@@ -43,7 +43,7 @@ MIN_SAMPLES = 15
 
 @dataclass(frozen=True, slots=True)
 class Residual:
-    """What a curve leaves over of n samples at rates that it knows.
+    """The residual of n samples at rates that the curve knows.
 
     Attributes:
         time: (n,) [s].
@@ -66,7 +66,7 @@ class Residual:
 
     @staticmethod
     def of(batch: Samples, known: Curve, lag: float) -> Residual:
-        """What the curve leaves over of a batch, where the torque usually comes `lag` [s] late."""
+        """The residual of a batch by the curve, with a torque that is usually `lag` [s] late."""
         inside, around = known.inside, (batch.time, batch.raw[TORQUE])
         batch = batch.take(inside)
         found = Residual(
@@ -123,7 +123,7 @@ class Residual:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """How large a cause is.
+    """The estimated size of a cause.
 
     Attributes:
         size: in the cause's unit; a lag is how much later the torque comes than the yaw rate, negative where earlier.
@@ -160,7 +160,7 @@ class Causes:
         return min(self.each, key=lambda cause: self.each[cause].cost)
 
     def lead(self, cause: str) -> float:
-        """By how much a cause explains more than the best of the vehicle's own, in variances."""
+        """The lead of a cause over the best change of the vehicle, in variances."""
         return min(self.each[other].cost for other in VEHICLE_CAUSES) - self.each[cause].cost
 
 

@@ -1,4 +1,4 @@
-"""What the checks must know of a vehicle, and what they remember between two batches."""
+"""The constants of a vehicle for the checks, and their memory between two batches."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ was only passed through errs by far more than it doubts itself."""
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:
-    """What the checks must know.
+    """The constants of a vehicle for the checks.
 
     Attributes:
         inertia: as declared [kg m²].
@@ -51,7 +51,7 @@ class Vehicle:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """What is remembered between two batches; at most a batch.
+    """The memory between two batches; at most a batch.
 
     Attributes:
         paused_since: the time [s] of the first sample that was put aside; None where learning goes on.
@@ -94,7 +94,7 @@ class State:
         return tuple((np.array(self.rates) + np.bincount(_bins(vehicle, rate), minlength=RATE_BINS)).tolist())
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data, exact to the bit in JSON."""
+        """The memory as plain data, exact to the bit in JSON."""
         return {
             "paused_since": self.paused_since,
             "paused_by": sorted(self.paused_by),

@@ -1,4 +1,4 @@
-"""What a check says: what it saw, in a sentence, and what follows for learning."""
+"""The findings of checks: a sentence for each, and the decision for learning."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from incsvr.plant.words import AxisWords
 
 
 class Decision(IntEnum):
-    """What a finding asks for; the graver is the larger."""
+    """The decision of a finding; the graver is the larger."""
 
     CLEAN = 0
     WARN = 1
-    """It is said; learning goes on."""
+    """The finding is reported; learning continues."""
     PAUSE = 2
     """The batch is put aside: what is learned from it would be wrong."""
 
@@ -47,7 +47,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What all checks say of one batch.
+    """The findings of all checks on one batch.
 
     Attributes:
         findings: the gravest first.
@@ -72,7 +72,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class CurrentWarnings:
-    """What is to be said of the sensors now, after the verdicts so far.
+    """The present warnings on the sensors, after the verdicts so far.
 
     Attributes:
         paused: why learning is paused, in one sentence; None where it goes on.
@@ -85,7 +85,7 @@ class CurrentWarnings:
     change: tuple[float, str] | None = None
 
     def after(self, verdict: Verdict) -> CurrentWarnings:
-        """With the verdict on the next batch."""
+        """The warnings after the verdict on the next batch."""
         now = verdict.span[1]
         change = self.change if self.change is not None and 0.0 <= now - self.change[0] < CHANGE_MEMORY_S else None
         sentences = [finding.sentence for finding in verdict.findings if finding.decision < Decision.PAUSE]
@@ -100,7 +100,7 @@ class CurrentWarnings:
 
 
 def verdict_sentences(verdicts: Iterable[Verdict]) -> list[str]:
-    """What the verdicts on batches, one after the other, come to: a sentence for each thing as long as it lasts."""
+    """The sentences on a series of verdicts: one for each finding as long as it lasts."""
     sentences: list[str] = []
     lasting: dict[str, int] = {}  # kind → where its sentence stands
     aside, since, until = 0, 0.0, 0.0

@@ -1,1 +1,1 @@
-"""What was traced, applied: effects in force, the torque ledger, comparison on fresh data, promotion."""
+"""The application of traced effects: effects in force, torque ledger, comparison on fresh data, promotion."""

@@ -1,4 +1,4 @@
-"""Which of two forecasts of the same data is the better: evidence that may be looked at whenever one likes.
+"""Bets on the better of two forecasts of the same data: evidence that may be read at any time.
 
 The data are cut into blocks. g is by how much log-likelihood the second forecast beats the first in a block, each
 foretelling every value from what came before it. Somebody who holds that the second is no better offers a bet on

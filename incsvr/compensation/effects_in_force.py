@@ -1,4 +1,4 @@
-"""What a traced model's effects take of the torque while the vehicle moves, piece by piece, as the streams come in.
+"""The torque of a traced model's effects while the vehicle moves, piece by piece as the streams arrive.
 
     I₀ ṙ + d(r) + Σ effects = τ   ⟹   d(r) = (τ − I₀ ṙ − Σ effects) / Π factors
 
@@ -32,7 +32,7 @@ _TURN = 2.0 * np.pi
 
 @dataclass(frozen=True, slots=True)
 class FilterState:
-    """What is remembered between two pieces.
+    """The memory between two pieces.
 
     Attributes:
         index: of the last grid point; None before the first.
@@ -95,7 +95,7 @@ class Compensation:
 
     @staticmethod
     def of(model: TracedModel) -> Compensation:
-        """What of a traced model can be carried to another recording.
+        """The effects of a traced model that apply to another recording.
 
         Raises:
             KeyError, ValueError, IndexError: it holds terms that this catalogue does not know in this form.
@@ -140,7 +140,7 @@ class Compensation:
         return list(zip(self.model.effects(), self.model.terms, strict=True))
 
     def split(self, piece: GridSegment, carried: FilterState) -> tuple[list[Array], FilterState]:
-        """What each effect takes of the torque, in the order of `pairs`, and what to remember.
+        """The torque of each effect, in the order of `pairs`, and the memory after this piece.
 
         (n,) each: a moment [N m]; of an effect that scales the damping its factor; of an inertia zero, because it takes
         its part of the acceleration, which is not looked at here.
@@ -195,19 +195,19 @@ class Compensation:
 
 
 def plain_data(carried: FilterState) -> dict[str, Any]:
-    """As plain data, exact to the bit in JSON; `Carried(**plain(carried))` is the same again."""
+    """The fields as plain data, exact to the bit in JSON."""
     return asdict(carried)
 
 
 @dataclass(frozen=True, slots=True)
 class _SegmentSignals(Signals):
-    """What an effect may look at; its filter goes on where it stood at the end of the piece before."""
+    """The signals that an effect may read; its filter continues from the end of the piece before."""
 
     effect: str = ""
     filters: dict[str, float] = field(default_factory=dict)
 
     def lowpass(self, values: Array, time_constant: float) -> Array:
-        """As `Signals.lowpass`."""
+        """The low-pass of `Signals.lowpass`, continued over pieces."""
         half = 0.5 * self.step / time_constant
         gain, pole = half / (1.0 + half), (1.0 - half) / (1.0 + half)
         before = self.filters.get(self.effect, (1.0 - gain) * float(values[0]))

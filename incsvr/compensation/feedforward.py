@@ -73,7 +73,7 @@ class Plan:
 
     @property
     def step(self) -> float:
-        """Of the grid [s]."""
+        """The step of the grid [s]."""
         return float(self.time[1] - self.time[0]) if self.time.size > 1 else 1.0
 
 
@@ -153,7 +153,7 @@ def feedforward(
 
 
 def plan_words(plan: Plan, where: NDArray[np.bool_]) -> str:
-    """When (n,) a condition is met, in words."""
+    """The times (n,) at which a condition is met, in words."""
     times = plan.time[where]
     return f"from {times[0]:.4g} to {times[-1]:.4g} s" if times.size > 1 else f"at {times[0]:.4g} s"
 

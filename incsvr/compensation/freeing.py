@@ -1,4 +1,4 @@
-"""What the samples of a learner are freed of, from what is declared of its body and what was traced."""
+"""The torques that are subtracted from a learner's samples: those of its declared body and of traced effects."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def takes_torque(
     settings: SignalSettings, compensation: Compensation | None = None, coupled: Coupled | None = None
 ) -> TakesTorque | None:
-    """What `Synchroniser` and `synchronise` are handed; None where samples are freed of nothing.
+    """The torques to subtract, for `Synchroniser` and `synchronise`; None if there are none.
 
     Args:
         settings: how streams become samples.

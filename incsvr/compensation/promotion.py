@@ -1,4 +1,4 @@
-"""What becomes of effects, given how the model did with and without them on data that nobody had looked at.
+"""The decision on effects, by the model's errors with and without them on unseen data.
 
 Effects on trial must predict better beyond chance; those in force are withdrawn when they predict worse beyond chance.
 """
@@ -55,7 +55,7 @@ class Comparison:
         return Comparison(**known)
 
     def after(self, earlier: float) -> Comparison:
-        """This comparison where bets on the effects had won e^earlier on other data before."""
+        """This comparison, continued from bets that had won e^earlier on other data."""
         return replace(self, evidence=max(self.evidence + earlier, 0.0))
 
     @property
@@ -68,7 +68,7 @@ class Comparison:
         }
 
     def sentence(self, words: AxisWords = YAW_WORDS) -> str:
-        """For people."""
+        """The sentence for people."""
         verdict = (
             f"predicts fresh data better, bets won {math.exp(min(self.evidence, 50.0)):.2g} : 1"
             if self.evidence >= self.against
@@ -87,7 +87,7 @@ def level(count: int) -> float:
 
 
 def on_trial(found: Comparison, spent: float = FALSE_PROOF_CHANCE, last: bool = True) -> Verdict:
-    """What becomes of suspected effects; unless this is the last look, they may prove themselves on more data.
+    """The decision on suspected effects; unless this is the last look, they may be proven on more data.
 
     Args:
         spent: chance that is spent on them, of `level`.
@@ -100,7 +100,7 @@ def on_trial(found: Comparison, spent: float = FALSE_PROOF_CHANCE, last: bool = 
 
 
 def in_force(found: Comparison) -> Verdict:
-    """What becomes of effects in force or proven."""
+    """The decision on effects in force or proven."""
     return "withdrawn" if found.turned and found.against >= -math.log(FALSE_WITHDRAWAL_CHANCE) else "kept"
 
 

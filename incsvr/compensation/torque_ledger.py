@@ -55,7 +55,7 @@ class TorqueLedger:
 
     @property
     def ahead(self) -> float:
-        """How far the torque must be ahead of the yaw rate [s]."""
+        """The time by which the torque must be ahead of the yaw rate [s]."""
         return max(-self._compensation.delay, 0.0)
 
     def advance(self, streams: Streams, until: float) -> None:
@@ -90,7 +90,7 @@ class TorqueLedger:
     def split(
         self, at: Array, streams: Streams, torque: Smoothed, yaw_rate: Smoothed, smoothing: float, gap: float
     ) -> TorqueSplit:
-        """As `TakesTorque.split`: what every effect takes, smoothed like the torque."""
+        """The torque of every effect, smoothed like the torque, for `TakesTorque.split`."""
         settings = self._settings
         others = {} if self._body is None else self._body.parts(at, streams, smoothing, gap)
         torque = without(torque, others) if others else torque

@@ -1,4 +1,4 @@
-"""What every effect of the catalogue says about itself.
+"""The description that every effect of the catalogue gives.
 
 An effect is what the declared model I ṙ + d(r) = τ lacks. It stands between command and thrust (`thrust`), scales the
 damping (`factor`), or takes a moment (`columns`, the moment for each coefficient by one):
@@ -104,11 +104,11 @@ class Effect(ABC):
         raise NotImplementedError(f"{self.key} has no searched parameter")
 
     def coefficient_bounds(self, s: Signals) -> tuple[float, float]:
-        """What each coefficient is held within while it is fitted."""
+        """The bounds of each coefficient in a fit."""
         return -np.inf, np.inf
 
     def width(self, inner: tuple[float, ...]) -> int:
-        """How many coefficients it has."""
+        """The number of coefficients."""
         return 1
 
     def small(self, s: Signals, term: Term) -> float:
@@ -116,7 +116,7 @@ class Effect(ABC):
         return 1.0
 
     def nudge(self, s: Signals, k: int) -> float:
-        """By how much the k-th free number is moved for a slope; 0 for a small part of it."""
+        """The step of the k-th free number for a slope; 0 for a small part of it."""
         return 0.0
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
@@ -143,11 +143,11 @@ class Effect(ABC):
         """The contract's parameters of a fitted term; `inertia` is the declared one [kg m²]."""
 
     def implausible(self, term: Term, s: Signals) -> str:
-        """Why physics forbids this term; empty if it does not."""
+        """The reason why physics forbids this term; empty if it does not."""
         return ""
 
     def below_relevance(self, term: Term, s: Signals) -> str:
-        """Why it is no more than what nobody declares more closely; empty if it is more."""
+        """The reason why the term is within the accuracy of a declaration; empty if it is beyond."""
         return ""
 
 

@@ -1,4 +1,4 @@
-"""Another moment of inertia than the declared one."""
+"""The effect of another moment of inertia than the declared one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an effect may look at: the signals of all runs on one grid."""
+"""The signals that an effect may read: all runs on one grid."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Signals:
 
     @property
     def words(self) -> AxisWords:
-        """What sentences call the quantities of the axis that is traced."""
+        """The words for the quantities of the traced axis."""
         return words_of(of_rate(self.rate_name))
 
     @property
@@ -113,7 +113,7 @@ class Signals:
         return [slice(int(a), int(b)) for a, b in zip(self.start[:-1], self.start[1:], strict=True)]
 
     def pieces(self, slices: Sequence[slice]) -> Signals:
-        """These pieces of the grid as runs of their own."""
+        """The signals of these pieces of the grid, as runs of their own."""
         index = np.concatenate([np.arange(piece.start, piece.stop) for piece in slices])
         start = np.concatenate([[0], np.cumsum([piece.stop - piece.start for piece in slices])]).astype(np.intp)
         cut = {

@@ -1,4 +1,4 @@
-"""What moves an axis beside its own torque, on the points of a grid: other velocities, channels, the rest of a body."""
+"""The influences on an axis beside its own torque, on a grid: other velocities, channels, the rest of a body."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MAX_BRIDGED_PERIODS = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """At (n,) points.
+    """The influences at (n,) points.
 
     Attributes:
         channels: name → (n,) values, on lines between those that came.
@@ -34,7 +34,7 @@ class Beside:
 
     @staticmethod
     def at(time: Array, streams: Streams, names: Sequence[str], body: Coupled | None, smoothing: float) -> Beside:
-        """At the instants `time` (n,) [s]; before the first value of a stream and after its last, these hold.
+        """The influences at the instants `time` (n,) [s]; a stream is constant before and after its values.
 
         Args:
             streams: name → (stamps [s], values), at least one value of each of `names` and of the body's.

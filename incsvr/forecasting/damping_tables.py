@@ -106,7 +106,7 @@ class CurveAmongOthers:
         period: float,
         linear: Array | None = None,
     ) -> CurveAmongOthers:
-        """As `Curve.of`.
+        """The table of a curve, as of `Curve.of`.
 
         Args:
             others: (points, d − 1) the model's further velocities on a grid.
@@ -152,7 +152,7 @@ def lasting(model: Model, period: float) -> float:
 def with_linear(
     damping: Array, slope: Array, sigma: Array, rate: Array, linear: Array | None, k: int
 ) -> tuple[Array, Array, Array]:
-    """With what the body takes in proportion to the rate; a body's motion may drive, which is no doubt of a curve."""
+    """The table with the body's torque in proportion to the rate, which may also drive."""
     if linear is None:
         return damping, slope, sigma
     return damping + linear[k] * rate, slope + linear[k], sigma

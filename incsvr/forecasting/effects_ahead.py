@@ -1,4 +1,4 @@
-"""What traced effects make of the torque in free runs side by side, step by step, with what they remember."""
+"""The torque of traced effects in parallel free runs, step by step, with the memory of the effects."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class EffectsAhead:
 
     @property
     def added_inertia(self) -> float:
-        """By how much the inertia is another than the declared one [kg m²]."""
+        """The difference of the inertia from the declared one [kg m²]."""
         return self._dynamics.inertia - self._dynamics.model.inertia
 
     def runs(self, first: NDArray[np.intp]) -> EffectsOnRuns:
-        """On runs that begin at these points (n,) of the grid."""
+        """The effects on runs that begin at these points (n,) of the grid."""
         water = {constant: values[first] for constant, values in self._water.items()}
         return EffectsOnRuns(self._dynamics, first, self._signals.heading[first], water, self._loss)
 

@@ -1,4 +1,4 @@
-"""How right earlier forecasts were: what makes an interval honest.
+"""The errors of earlier forecasts, from which intervals follow.
 
     experience = experience.after(model, inertia, grid)    # before what is in the grid's newest part is learned
 
@@ -53,7 +53,7 @@ USUAL_RATES_S = 900.0
 
 @dataclass(frozen=True, slots=True)
 class Experience:
-    """What earlier forecasts taught; bounded, and without a clock or chance.
+    """The errors of earlier forecasts; bounded, and without a clock or chance.
 
     Attributes:
         models: those that were served, the oldest first, each with the time since which it was [s].
@@ -71,7 +71,7 @@ class Experience:
     until: float = -math.inf
 
     def after(self, model: Model, inertia: float, grid: Grid, effects: Compensation | None = None) -> Experience:
-        """With what a grid holds that is not learned yet; `model` is served, trained or not.
+        """The experience with a grid that is not learned yet; `model` is served, trained or not.
 
         Args:
             inertia: as it is declared [kg m²].
@@ -100,7 +100,7 @@ class Experience:
         return replace(kept, until=float(grid.time[-1]))
 
     def under_other_effects(self) -> Experience:
-        """Where other effects are in force from now on: the errors of forecasts come anew, with the models."""
+        """The experience under other effects: the errors of forecasts are collected again, with the models."""
         return Experience(fastest=self.fastest, square=self.square, until=self.until)
 
     @property
@@ -110,11 +110,11 @@ class Experience:
 
     @property
     def start_sigma(self) -> float:
-        """How well the rate is known at a start [rad/s]."""
+        """The standard deviation of the rate at a start [rad/s]."""
         return START_SIGMA_SHARE * self.fastest
 
     def widening(self, ahead: Array) -> tuple[Array, Array]:
-        """By how much the intervals of rate and heading so far ahead (n,) [s] are wider than the claim."""
+        """The factors of the intervals of rate and heading over the model's own, so far ahead (n,) [s]."""
         known = [
             (math.log(horizon), *widening(scores, horizon))
             for horizon, scores in zip(HORIZONS_S, self.scores, strict=True)
@@ -149,7 +149,7 @@ class Experience:
         return Experience(scores=scores, fastest=fastest, square=square)
 
     def _tried(self, inertia: float, grid: Grid, effects: Compensation | None) -> Experience:
-        """With the errors of forecasts that end in the new part."""
+        """The experience with the errors of forecasts that end in the new part."""
         scores = list(self.scores)
         for part in grid.stretches():
             for which, found in self._stretch(inertia, grid.part(part), float(grid.time[-1]), effects):
@@ -159,7 +159,7 @@ class Experience:
     def _stretch(
         self, inertia: float, grid: Grid, batch_end: float, effects: Compensation | None
     ) -> Iterator[tuple[int, Array]]:
-        """Of each horizon the errors over a grid without a pause; its batch ended at `batch_end` [s]."""
+        """The errors of each horizon over a grid without a pause, whose batch ended at `batch_end` [s]."""
         time, measured, step = grid.time, grid.rate, grid.step
         turned = np.concatenate(([0.0], np.cumsum(0.5 * step * (measured[1:] + measured[:-1]))))
         lengths = [round(horizon / step) for horizon in HORIZONS_S]
@@ -196,7 +196,7 @@ class Experience:
 
 
 def widening(scores: Array, horizon: float) -> tuple[float, float]:
-    """How wide 95 % of some forecasts' errors were, of rate and heading, in claimed intervals.
+    """The width of 95 % of some forecasts' errors, of rate and heading, in claimed intervals.
 
     Args:
         scores: (k, 3), k ≥ 1, as in `Experience`.
@@ -216,7 +216,7 @@ def widening(scores: Array, horizon: float) -> tuple[float, float]:
 
 
 def _thinned(models: tuple[tuple[float, Model], ...]) -> tuple[tuple[float, Model], ...]:
-    """At most MAX_MODELS, those kept that stand furthest apart; the newest stays."""
+    """The models that are furthest apart, at most MAX_MODELS; the newest is kept."""
     while len(models) > MAX_MODELS:
         apart = [models[k + 1][0] - models[k - 1][0] for k in range(1, len(models) - 1)]
         drop = 1 + int(np.argmin(apart))
@@ -225,7 +225,7 @@ def _thinned(models: tuple[tuple[float, Model], ...]) -> tuple[tuple[float, Mode
 
 
 def _starts(size: int, length: int, ends_from: int) -> NDArray[np.intp]:
-    """Where forecasts of so many steps start that end in the newest part, evenly spread; none of no step."""
+    """The starts of forecasts of so many steps that end in the newest part, evenly spread."""
     first, last = max(ends_from - length, 0), size - 1 - length
     if length < 1 or last < first:
         return np.empty(0, dtype=np.intp)

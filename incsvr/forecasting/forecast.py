@@ -37,7 +37,7 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What moves the axis beside its own torque, for a forecast to go on with.
+    """The influences on the axis beside its own torque, which a forecast continues.
 
     Attributes:
         past: a grid without a pause that ends where the forecast starts, from which effects remember.
@@ -72,7 +72,7 @@ class Surroundings:
 
 @dataclass(frozen=True, slots=True)
 class Forecast:
-    """At (n,) times, with intervals of 95 %.
+    """The forecast at (n,) times, with intervals of 95 %.
 
     Attributes:
         time: (n,) [s].
@@ -102,7 +102,7 @@ def forecast(
     sample_period: float,
     surroundings: Surroundings | None = None,
 ) -> Forecast:
-    """From a start to the times `at` (n,) [s], increasing, none before it.
+    """The forecast from a start to the times `at` (n,) [s], increasing, none before it.
 
     Args:
         torque: stamps (m,) [s], increasing, and values (m,) [N m]: linear between them, held before and after.

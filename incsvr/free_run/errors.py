@@ -50,7 +50,7 @@ def rmse(errors: Sequence[Array]) -> float | None:
 
 
 def _error(run: Motion, inertia: float, damping: Damping) -> Array:
-    """As `Motion.error`, of the free run with this damping."""
+    """The error of the free run with this damping, as `Motion.error`."""
 
     def simulate(time: Array, torque: Array, first: float) -> Array:
         linear = None if run.linear is None else np.interp(time, run.torque_time, run.linear)

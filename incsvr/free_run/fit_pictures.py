@@ -1,4 +1,4 @@
-"""What a report of a fit draws."""
+"""The data that a report of a fit draws."""
 
 from __future__ import annotations
 

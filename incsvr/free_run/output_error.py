@@ -31,7 +31,7 @@ _SCORE_BLOCKS = 20
 
 @dataclass(frozen=True, slots=True)
 class InertiaEstimate:
-    """What output error found.
+    """The inertia by output error, with its deviation.
 
     Attributes:
         inertia: I [kg m²].

@@ -1,4 +1,4 @@
-"""What every room computes with: the type of an array, sizes of errors, integrals and means of streams over time."""
+"""The common tools of all rooms: the type of an array, sizes of errors, integrals and means of streams."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How large errors are: the root of their mean square, and a deviation that a few gross ones do not move."""
+"""Sizes of errors: the root of their mean square, and a deviation that a few gross ones do not change."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ def kinematics(roll: float, pitch: float, yaw: float) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Restoring:
-    """What weight and buoyancy do to a body that is fully under water.
+    """The forces of weight and buoyancy on a body that is fully under water.
 
     Attributes:
         weight: W [N].

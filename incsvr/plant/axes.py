@@ -56,7 +56,7 @@ AXES = {
         Axis("yaw", "yaw_rate", "torque", 6.0, (("surge", "sway"), ("roll_rate", "pitch_rate"))),
     )
 }
-"""By name, in the order of ν."""
+"""The axes by name, in the order of ν."""
 
 YAW = AXES["yaw"]
 

@@ -58,7 +58,7 @@ class Coupled:
         object.__setattr__(self, "appearing", appearing)
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data; `from_dict` makes the same of it."""
+        """The fields as plain data for `from_dict`."""
         return {
             "axis": self.axis.name,
             "mass_matrix": self.mass.ravel().tolist(),
@@ -123,7 +123,7 @@ class Coupled:
         return self.weights.force(roll, pitch)[:, self._own]
 
     def parts(self, rate: Array, motion: Motion, angles: Mapping[str, Array] = NO_ANGLES) -> dict[str, Array]:
-        """What takes of τ_i beside the axis's own inertia and damping, (n,) each [N m].
+        """The torques beside the axis's own inertia and damping, (n,) each [N m].
 
         Args:
             rate: the axis's own velocity (n,) [rad/s].

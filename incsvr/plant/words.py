@@ -14,7 +14,7 @@ from incsvr.plant.axes import YAW, Axis
 
 @dataclass(frozen=True, slots=True)
 class AxisWords:
-    """What sentences about one axis name; the examples are yaw's and surge's.
+    """The words of sentences about one axis; the examples are yaw's and surge's.
 
     Attributes:
         name, title: of the axis: yaw, surge; Yaw, Surge.
@@ -93,7 +93,7 @@ _TRANSLATION = {
     "kernel_unit": "s²/m²",
     "other_unit": "other units",
 }
-"""What is otherwise along an axis than about one."""
+"""The words that differ between axes of translation and of rotation."""
 _ADDED_MASS = {
     "surge": "m − X_u̇",
     "sway": "m − Y_v̇",
@@ -128,4 +128,4 @@ def words_of(axis: Axis) -> AxisWords:
 
 
 YAW_WORDS = words_of(YAW)
-"""Those of the paper's axis."""
+"""The words of the paper's axis."""

@@ -31,7 +31,7 @@ def bursts(stamps: Array) -> float | None:
 
 
 def in_bursts(name: str, apart: float) -> str:
-    """For people, with the cure."""
+    """The sentence for people, with the cure."""
     return (
         f"the {name} arrives in bursts {apart:.2g} s apart, stamped when sent or written: the time of each measurement "
         "is unknown; stamp each value where it is measured"

@@ -1,4 +1,4 @@
-"""What a body's other velocities and its attitude take of an axis's torque, each a stream with a clock of its own."""
+"""The torque of a body's other velocities and attitude on an axis; each is a stream with a clock of its own."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ gives one to ten a second, and a hull's speed hardly changes within one."""
 
 
 class BodyTorque:
-    """What the rest of a body takes of an axis's torque; it works that out of the streams at each sample anew."""
+    """The torque of the rest of a body on an axis, computed from the streams at each sample."""
 
     on_a_line = False
     needed, ahead = inf, 0.0
@@ -37,13 +37,13 @@ class BodyTorque:
         """Needs nothing beforehand."""
 
     def parts(self, at: Array, streams: Streams, smoothing: float, gap: float) -> dict[str, Array]:
-        """As `body_parts`, of its own body."""
+        """The parts by `body_parts`, for its own body."""
         return body_parts(self._coupled, at, streams, smoothing, gap)
 
     def split(
         self, at: Array, streams: Streams, torque: Smoothed, yaw_rate: Smoothed, smoothing: float, gap: float
     ) -> TorqueSplit:
-        """As `TakesTorque.split`."""
+        """The torque of each part, for `TakesTorque.split`."""
         others = self.parts(at, streams, smoothing, gap)
         torque = without(torque, others)
         damping = damping_moment(torque.value, yaw_rate.slope, self._inertia)
@@ -57,10 +57,10 @@ class BodyTorque:
         """Remembers nothing."""
 
     def to_dict(self) -> None:
-        """It has no state."""
+        """Nothing: a body has no state."""
 
     def restore(self, data: Any) -> None:
-        """It has no state."""
+        """Nothing: a body has no state."""
 
 
 def without(torque: Smoothed, others: Mapping[str, Array]) -> Smoothed:
@@ -69,7 +69,7 @@ def without(torque: Smoothed, others: Mapping[str, Array]) -> Smoothed:
 
 
 def body_parts(coupled: Coupled, at: Array, streams: Streams, smoothing: float, gap: float) -> dict[str, Array]:
-    """What they take (m,) each [N m] at the instants `at` (m,) [s], through the very filter of torque and rate.
+    """The torque of each part (m,) [N m] at the instants `at` (m,) [s], through the filter of torque and rate.
 
     A product is filtered, not multiplied of filtered velocities: filtering commutes with the equation of motion alone.
     All are carried to the stamps of the axis's own velocity before, so that a slow stream is no hindrance. NaN where
@@ -149,7 +149,7 @@ def _at(at: Array, stream: tuple[Array, Array]) -> Array:
 
 
 def _known(coupled: Coupled, streams: Streams, at: Array, reach: float, gap: float) -> NDArray[np.bool_]:
-    """At which instants each stream has values from `reach` before to `reach` after, none further apart than
+    """The instants at which each stream has values from `reach` before to `reach` after, none further apart than
     MAX_PAUSE_S or `gap`, by which it may also begin later or end earlier [s]."""
     known = np.ones(at.size, dtype=bool)
     for name in coupled.streams:

@@ -9,12 +9,12 @@ MAX_DOUBTED_VALUES = 1000
 
 
 class DoubtedStamps:
-    """What is doubted of one stream, in the order of its arrival."""
+    """The doubted values of one stream, in the order of their arrival."""
 
     def __init__(self, values: list[tuple[float, float]] | None = None, advanced: int = 0) -> None:
         self.values = [] if values is None else values
         self.advanced = advanced
-        """So many of the stamps were later than all before them."""
+        """The number of stamps that were later than all before them."""
 
     def __len__(self) -> int:
         return len(self.values)
@@ -34,7 +34,7 @@ class DoubtedStamps:
         self.values.append((time, value))
 
     def take(self) -> list[tuple[float, float]]:
-        """All of them in the order of their stamps; none are left."""
+        """Removes and returns all values, in the order of their stamps."""
         values = sorted(self.values)
         self.values, self.advanced = [], 0
         return values

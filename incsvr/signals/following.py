@@ -1,4 +1,4 @@
-"""How wide the filter is at an instant, where no gap is set: as configured, or wide enough for the slower stream.
+"""The width of the filter at an instant without a configured gap: as configured, or as the slower stream needs.
 
 It is MIN_WIDTH_PERIODS of that stream's period or more, up to MAX_WIDENING times the configured width; pauses are
 bridged up to MAX_PAUSE_WIDTHS times its width. A stream at 4 Hz is learned from like this; one slower by far has no

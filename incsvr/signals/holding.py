@@ -48,7 +48,7 @@ STEPS_PER_WIDTH = 6
 def filters(
     settings: SignalSettings, streams: Streams, at: Array, settled: float, on_a_line: bool
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], int]:
-    """How the samples at (m,) times [s] are filtered.
+    """The filters of the samples at (m,) times [s].
 
     Args:
         streams: name → (stamps [s], values); the last PERIOD_STEPS before each instant must be there.

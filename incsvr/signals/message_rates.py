@@ -29,7 +29,7 @@ _CURES = {
     "ros2": "by the rate at which the node publishes it",
     "keelson": "by the rate at which its connector publishes it",
 }
-"""By whose log it is, how more of a torque gets into it."""
+"""The cures for a torque that is logged too seldom, by the kind of log."""
 MIN_SCALE_SAMPLES = 2.0
 """Samples of a yaw rate within which it changes at least: of one that changes faster they show its noise, and not how
 fast the vehicle is."""
@@ -50,7 +50,7 @@ class SlowTorque:
     hertz: int
 
     def fault(self, words: AxisWords = YAW_WORDS) -> str:
-        """For people, without the cure."""
+        """The sentence for people, without the cure."""
         return (
             f"the {words.effort} is sampled every {self.period:.2g} s, too seldom for a vehicle whose {words.rate} "
             f"changes within {self.scale:.2g} s: the {words.effort} in between is unknown"

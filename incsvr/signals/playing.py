@@ -19,7 +19,7 @@ _BLOCK_VALUES = 4096
 def synchronise(
     settings: SignalSettings, streams: Streams, takes: TakesTorque | None = None
 ) -> tuple[Samples, Mapping[str, int]]:
-    """All samples of whole streams, freed of what `takes` of the torque, and what was refused by reason.
+    """All samples of whole streams without the torques of `takes`, and the refused values by reason.
 
     The same samples as when the streams are played live.
 
@@ -37,7 +37,7 @@ def synchronise(
 
 
 def play(synchroniser: Synchroniser, streams: Streams) -> Samples:
-    """All samples of whole streams, name → (stamps [s], values), that are complete; the synchroniser goes on after."""
+    """All complete samples of whole streams, name → (stamps [s], values); the synchroniser can continue."""
     parts = []
     for chunks in _interleaved(streams):
         for name, time, value in chunks:

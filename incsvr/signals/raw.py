@@ -1,4 +1,4 @@
-"""What the raw streams show around each sample: filtering hides whether a sensor is stuck, clipped or full of spikes.
+"""Properties of the raw streams around each sample: the filter hides a sensor that is stuck, clipped or spiky.
 
 Like the samples themselves, all of it depends on the values of a sample's own smoothing window alone, so that it is the
 same live and from a file, and goes with the sample wherever that goes.
@@ -16,7 +16,7 @@ TORQUE = "torque"
 LOW, HIGH, STEP, MOVE, COUNT, SPIKES, PERIOD = "low", "high", "step", "move", "count", "spikes", "period"
 """Names of a stream's figures, as in `Smoothed`."""
 RATE_SPREAD, TORQUE_SLOPE = "yaw_rate:spread", "torque:slope"
-"""How far the yaw rate moved within the filter [rad/s], and how fast the torque did [N m/s],
+"""The range of the yaw rate within the filter [rad/s], and the slope of the torque [N m/s],
 where it is not known when."""
 HEADING, HEADING_TIME = "heading", "heading_time"
 """The newest heading [rad], and its stamp [s]."""
@@ -28,7 +28,7 @@ def named(stream: str, what: str) -> str:
 
 
 def around(stream: str, smoothed: Smoothed) -> dict[str, Array]:
-    """What a stream shows around each sample."""
+    """The properties of a stream around each sample."""
     return {named(stream, what): getattr(smoothed, what) for what in (LOW, HIGH, STEP, MOVE, COUNT, SPIKES, PERIOD)}
 
 

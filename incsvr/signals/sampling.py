@@ -86,7 +86,7 @@ def _alike(
 
 
 def _raw(at: Array, streams: Streams, torque: Smoothed, yaw_rate: Smoothed) -> dict[str, Array]:
-    """What the streams show around the complete samples at `at` [s], for the checks."""
+    """The properties of the streams around the complete samples at `at` [s], for the checks."""
     shown = {raw.TORQUE: torque.value}
     shown |= {raw.RATE_SPREAD: yaw_rate.spread, raw.TORQUE_SLOPE: torque.slope}
     shown |= raw.around(TORQUE, torque) | raw.around(YAW_RATE, yaw_rate)

@@ -1,4 +1,4 @@
-"""What a stream shows of itself: how much of it is white noise, and within which time it changes."""
+"""The white noise of a stream, and the time within which it changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How streams become samples: what is configured, and how the filter follows where it is left open."""
+"""The settings by which streams become samples, and the filter that follows where they are left open."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ asked for."""
 
 @dataclass(frozen=True, slots=True)
 class SignalSettings:
-    """How streams become samples.
+    """The settings by which streams become samples.
 
     Attributes:
         inertia: moment of inertia with added mass about yaw, I [kg m²].
@@ -103,7 +103,7 @@ class SignalSettings:
 
     @property
     def looks_back(self) -> float:
-        """How long before a sample's time a stream is looked at, but for its period [s]."""
+        """The time before a sample over which a stream is read, without the stream's period [s]."""
         return self.widest_reach + SETTLING_S
 
     @property

@@ -177,7 +177,7 @@ def _lines(
 def _without(
     left_out: NDArray[np.bool_], starts: NDArray[np.intp], counts: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Where each window begins, and how many values it has, without those left out; its ends are never among them."""
+    """The begin and length of each window without the values left out, which are never its ends."""
     counts = counts - np.add.reduceat(left_out.astype(np.intp), starts)
     return np.cumsum(counts) - counts, counts
 

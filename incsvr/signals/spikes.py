@@ -36,7 +36,7 @@ def distances(value: Array) -> Array:
 def spikes(
     away: Array, step: Array, starts: NDArray[np.intp], counts: NDArray[np.intp]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which values of some windows are spikes, and which move alone in windows that else stand still.
+    """Selects values that are spikes in some windows, and values that move alone in constant windows.
 
     The typical step is the window's own: the geometric mean of those that are not zero, which a fifth of spikes hardly
     moves. Where the stream stands still or comes in levels it is the smallest.
@@ -58,7 +58,7 @@ def spikes(
 
 
 class SpikeCount:
-    """How many values of each stream were spikes: windows overlap, and each value counts once.
+    """The number of spikes of each stream: windows overlap, and each value counts once.
 
     Attributes:
         counts: name → how many.

@@ -56,7 +56,7 @@ _CHUNK_VALUES = 512
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What is to be said of a stream now.
+    """The present reading of a stream.
 
     Attributes:
         newest: the newest stamp of its clock [s]; None before one is known.
@@ -104,7 +104,7 @@ class Stream:
 
     @property
     def settled(self) -> float:
-        """All values before this time [s] are known: what comes later with such a stamp is late."""
+        """Marks all values before this time [s] as known: a later message with such a stamp is late."""
         return self.newest - self.lateness
 
     @property
@@ -134,7 +134,7 @@ class Stream:
         return np.array(self._time), np.array(self._value)
 
     def reading(self) -> Reading:
-        """What is to be said of it now."""
+        """The present reading of the stream."""
         clock = self.latest
         steps = np.diff(clock._time[-PERIOD_STEPS - 1 :])
         return Reading(
@@ -184,7 +184,7 @@ class Stream:
         self._drop(bisect_left(self._time, before))
 
     def count(self, low: float, high: float) -> int:
-        """How many values have stamps from `low` to before `high` [s]."""
+        """The number of values with stamps from `low` to before `high` [s]."""
         return max(bisect_left(self._time, high) - bisect_left(self._time, low), 0)
 
     def refuse(self, reason: str, count: int = 1) -> None:
@@ -193,7 +193,7 @@ class Stream:
             self.rejected[reason] = self.rejected.get(reason, 0) + count
 
     def to_dict(self) -> dict[str, Any]:
-        """All that the stream holds, as plain data."""
+        """The stream as plain data."""
         return {
             "newest": self.newest if isfinite(self.newest) else None,
             "since": self.since if isfinite(self.since) else None,

@@ -59,14 +59,14 @@ class Synchroniser:
         self._go_on(0)
         self._widening = 0
         self.clock_restarts = 0
-        """How often the time of the samples went back with the clocks."""
+        """The number of times at which the samples' time went back with the clocks."""
         self._spikes = SpikeCount()
         self.clock_switches = 0
-        """How often clocks that began anew were gone on with."""
+        """The number of times at which restarted clocks were followed."""
 
     @property
     def rejected(self) -> Mapping[str, int]:
-        """How many messages were refused, by reason."""
+        """The number of refused messages, by reason."""
         total = Counter(self._refused)
         for stream in self._streams.values():
             total.update(stream.rejected)
@@ -74,17 +74,17 @@ class Synchroniser:
 
     @property
     def rejected_by_stream(self) -> Mapping[str, Mapping[str, int]]:
-        """How many messages were refused, by stream and reason."""
+        """The number of refused messages, by stream and reason."""
         return {name: dict(stream.rejected) for name, stream in self._streams.items() if stream.rejected}
 
     @property
     def spikes(self) -> Mapping[str, int]:
-        """How many values were left out before the filter because they have nothing to do with their neighbours."""
+        """The number of values left out before the filter because they do not fit their neighbours."""
         return self._spikes.counts
 
     @property
     def readings(self) -> Mapping[str, Reading]:
-        """What is to be said of every stream, by its name."""
+        """The present readings of all streams, by name."""
         return {name: stream.reading() for name, stream in self._streams.items()}
 
     @property

@@ -1,4 +1,4 @@
-"""What else than damping and the axis's own inertia takes of the torque: whoever knows it says it of each sample."""
+"""The interface for torques other than damping and the axis's own inertia, subtracted from each sample."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class TorqueSplit:
 
 
 class TakesTorque(Protocol):
-    """What samples are freed of, along the streams of a vehicle; it remembers no more than they do.
+    """Torques that are subtracted from samples, along a vehicle's streams; their memory is as long as the streams'.
 
     The synchroniser hands it the streams as far as they are settled, and asks it at the samples. What it says follows
     from stamps and values alone.
@@ -43,7 +43,7 @@ class TakesTorque(Protocol):
 
     @property
     def ahead(self) -> float:
-        """How far the torque must be ahead of the yaw rate [s]."""
+        """The time by which the torque must be ahead of the yaw rate [s]."""
 
     def advance(self, streams: Streams, until: float) -> None:
         """Takes the streams up to and with a time [s] before which all are settled."""

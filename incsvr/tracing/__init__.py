@@ -1,4 +1,4 @@
-"""From the residual of a declared model to the effects that it lacks, with the proof on unseen data."""
+"""The tracer: from the residual of a declared model to the effects that it lacks, with the proof on unseen data."""
 
 from __future__ import annotations
 

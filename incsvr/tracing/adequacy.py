@@ -46,7 +46,7 @@ def smooth_terms(
 
 @dataclass(frozen=True, slots=True)
 class Unevenness:
-    """Where what is left is louder, or the thrust's gain another, than elsewhere: spans [s], and a sentence each."""
+    """Spans [s] in which the residual is larger, or the thrust's gain another, than elsewhere, with a sentence each."""
 
     spans: tuple[tuple[float, float], ...]
     notes: tuple[str, ...]

@@ -143,7 +143,7 @@ class _NormalEquations:
         return _NormalEquations(base @ base.T + prior, base @ errors + prior @ values, x, base @ x.T, x @ errors)
 
     def gain(self, which: NDArray[np.bool_], tied: bool) -> tuple[float, Array]:
-        """By how much half the weighted square falls by one step in some of the columns, and that step.
+        """The fall of half the weighted square by one step in some of the columns, and that step.
 
         A tied step is the whole of its column: a lag or a limit is at its start, not somewhere along a line to it.
         """

@@ -23,7 +23,7 @@ from incsvr.tracing.torque_nature import TorqueNature
 
 @dataclass(frozen=True, slots=True)
 class Cells:
-    """All pieces of all recordings, one after the other.
+    """The cells of all pieces of all recordings, one after the other.
 
     Attributes:
         signals: one value a cell: time, rate and heading at its beginning, torque its mean, channels at its middle.
@@ -68,7 +68,7 @@ class Cells:
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """How recordings are cut into cells.
+    """The division of recordings into cells.
 
     Attributes:
         step: length of a cell [s].

@@ -1,4 +1,4 @@
-"""Which further channels of the recordings may be candidates, and why the others may not."""
+"""The channels of the recordings that may be candidates, and the reasons against the others."""
 
 from __future__ import annotations
 

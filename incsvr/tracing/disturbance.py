@@ -1,4 +1,4 @@
-"""What a model leaves, described as one disturbance: how large, how much of the torque, how long it lasts."""
+"""The residual of a model as one disturbance: its size, share of the torque, and correlation time."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ class Windows:
 
 @dataclass(frozen=True, slots=True)
 class MotionModel:
-    """What a simulation needs of a model.
+    """The part of a model that a simulation needs.
 
     Attributes:
         drag: d(r) [N m].
@@ -102,7 +102,7 @@ class Trajectory:
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """What effects of the motion may look at, (m,) each: of `Signals` as much as they read."""
+    """The signals that effects of the motion may read, (m,) each, as of `Signals`."""
 
     rate: Array
     damping: Array
@@ -171,7 +171,7 @@ class Dynamics:
     def instant(
         self, cell: NDArray[np.intp], rate: Array, heading: Array, water: Mapping[float, Array], channels: set[str]
     ) -> Instant:
-        """What effects of the motion look at in cells (m,), at rates and headings (m,)."""
+        """The signals for effects of the motion in cells (m,), at rates and headings (m,)."""
         read = {name: self.cells.signals.channels[name][cell] for name in channels}
         return Instant(
             rate, self.drag(rate), heading, self.thrust[cell], water, self.drag, self.drag_slope, read, rate
@@ -241,7 +241,7 @@ class Dynamics:
         return np.asarray(np.clip(new, -self.limit, self.limit))
 
     def friction_loss(self, duration: float) -> tuple[Array, float] | None:
-        """By how much dry friction slows the turn in a while [rad/s], forward and backward, and its width [rad/s]."""
+        """The loss of rate by dry friction in a while [rad/s], forward and backward, and its width [rad/s]."""
         if not self.friction:
             return None
         term = self.friction[0].term

@@ -1,4 +1,4 @@
-"""What these recordings cannot tell from an effect that was found: sets whose difference is within its error."""
+"""Sets of effects that these recordings cannot distinguish: their difference is within its error."""
 
 from __future__ import annotations
 

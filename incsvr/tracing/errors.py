@@ -123,7 +123,7 @@ class Problem:
 
 
 def motion_model(cells: Cells, hypothesis: Hypothesis) -> MotionModel:
-    """What a simulation over these cells needs of the hypothesis."""
+    """The hypothesis as a model for a simulation over these cells."""
     limit = MAX_RATE_FACTOR * max(float(np.max(np.abs(cells.signals.rate))), hypothesis.basis.fastest)
     drag = drag_table(lambda rate: hypothesis.damping @ hypothesis.basis.columns(rate), limit)
     return MotionModel(drag, cells.signals.inertia, hypothesis.parts, hypothesis.offset)

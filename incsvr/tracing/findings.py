@@ -1,4 +1,4 @@
-"""What a trace says: findings, what was rejected, the errors and what a report draws; frozen, printable, JSON-able."""
+"""The result of a trace: findings, rejected effects, errors, and the data that a report draws."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class RejectedEffect:
 
 @dataclass(frozen=True, slots=True)
 class Pictures:
-    """What a report draws.
+    """The data that a report draws.
 
     Attributes:
         before: errors of the declared model with its learned damping, on unseen data.
@@ -104,7 +104,7 @@ class Pictures:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What was found, and its proof; `to_dict` is CONTRACT Section 5.
+    """The findings of a trace and their proof; `to_dict` is CONTRACT Section 5.
 
     Attributes:
         inertia: declared [kg m²].

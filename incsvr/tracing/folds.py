@@ -1,4 +1,4 @@
-"""Which windows are left out together, and by how much one hypothesis predicts unseen windows better than another."""
+"""The folds of windows, and the gain of one hypothesis over another in predicting unseen windows."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def folds_of(problem: Problem) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """By how much one hypothesis predicts unseen windows better than another.
+    """The gain of one hypothesis over another in predicting unseen windows.
 
     Attributes:
         total: sum of the differences of log densities.
@@ -65,7 +65,7 @@ def difference(better: Array, worse: Array, blocks: NDArray[np.intp], inflation:
 
 
 def inflation(fitted: Fit, blocks: NDArray[np.intp]) -> float:
-    """By how much more the free numbers vary than they would if windows were independent: tr(A⁻¹ B)/p, at least 1.
+    """The factor on the free numbers' variance, because windows are not independent: tr(A⁻¹ B)/p, at least 1.
 
     A is the information, B the covariance of the likelihood's slopes summed over blocks (the composite likelihood's
     correction: C. Varin, N. Reid, D. Firth, Statistica Sinica 21, 2011).

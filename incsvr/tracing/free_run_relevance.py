@@ -1,4 +1,4 @@
-"""Which of the named effects a free run shows: the prediction that people read has the last word."""
+"""The named effects that the free run confirms: others are dropped."""
 
 from __future__ import annotations
 

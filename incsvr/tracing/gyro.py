@@ -41,7 +41,7 @@ def check_gyro(name: str, time: Array, rate: Array, torque: Array, words: AxisWo
 
 
 def _runs(rate: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Where runs of equal values begin, and how many samples each has."""
+    """The begins of runs of equal values, and the number of samples of each."""
     starts = np.concatenate([[0], np.flatnonzero(np.diff(rate)) + 1])
     return starts, np.diff(np.append(starts, rate.size))
 

@@ -26,7 +26,7 @@ class Part:
 
     @property
     def coefficients(self) -> int:
-        """How many coefficients are fitted: none of an effect whose coefficient is one by nature."""
+        """The number of fitted coefficients: zero for an effect whose coefficient is one by nature."""
         return 0 if self.fixed or self.effect.fixed_coefficient else len(self.term.coefficients)
 
     @property
@@ -59,7 +59,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """What is assumed of a vehicle.
+    """The assumptions on a vehicle.
 
     Attributes:
         basis: of the damping.
@@ -95,7 +95,7 @@ class Hypothesis:
         return replace(self, damping=vector[:size], offset=float(vector[size]), parts=tuple(parts))
 
     def positions(self) -> Iterator[slice]:
-        """Where the free numbers of each part stand."""
+        """The positions of each part's free numbers."""
         at = self.basis.size + 1
         for part in self.parts:
             yield slice(at, at + part.vector.size)

@@ -67,7 +67,7 @@ def uneven_gain(innovation: Array, torque: Array, per_scale: float, seed: int = 
 
 
 def sentence(found: Sequence[tuple[float, float]]) -> str:
-    """What an uneven gain means, for people."""
+    """The sentence on an uneven gain, for people."""
     where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:MAX_NAMED_SPELLS])
     more = f" and {len(found) - MAX_NAMED_SPELLS} more" if len(found) > MAX_NAMED_SPELLS else ""
     return (

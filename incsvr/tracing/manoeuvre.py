@@ -1,4 +1,4 @@
-"""What to drive next: the shortest manoeuvre that tells two explanations apart, found by simulating it under both.
+"""The shortest manoeuvre that distinguishes two explanations, found by simulating it under both.
 
 The found model moves without noise; the alternative explains that motion as well as it can, all its numbers free. What
 it leaves, in the recordings' own errors, is the evidence to expect (the noncentrality of the likelihood ratio;
@@ -44,7 +44,7 @@ class Manoeuvre:
     torque: Array
 
     def rows(self, step: float) -> Rows:
-        """When the torque changes [s] and what it is from then on [N m]; at the end nothing is asked any more."""
+        """The times of change [s] and the torque from then on [N m]; the last torque is zero."""
         changes = np.flatnonzero(np.diff(self.torque, prepend=np.nan) != 0.0)
         found = [(round(float(k * step), 4), round(float(self.torque[k]), 4)) for k in changes]
         return (*found, (round(float(self.torque.size * step), 4), 0.0))

@@ -70,7 +70,7 @@ class TracedModel:
         return drag_table(self.damping_at, MAX_RATE_FACTOR * float(np.max(np.abs(self.rate))))
 
     def motion(self) -> MotionModel:
-        """What a simulation needs of it."""
+        """The model as a simulation needs it."""
         parts = tuple(Part(*pair) for pair in zip(self.effects(), self.terms, strict=True))
         return MotionModel(self.drag(), self.inertia, parts, self.offset)
 

@@ -1,4 +1,4 @@
-"""What recordings cannot answer, refused in one sentence with its cure."""
+"""The refusals of recordings that cannot answer, one sentence each with its cure."""
 
 from __future__ import annotations
 

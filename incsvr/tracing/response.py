@@ -1,4 +1,4 @@
-"""How simulated windows answer small changes of a hypothesis: the variational equation along their trajectory.
+"""The response of simulated windows to small changes of a hypothesis: the variational equation along the trajectory.
 
     s' = ∂f/∂r s + ∂f/∂ψ η + ∂f/∂m μ + ∂f/∂θ,    η' = s,    T μ' = s − μ
 
@@ -100,7 +100,7 @@ class Response:
         return np.asarray((torque_taken(before, now) if before else 0.0) - torque_taken(part, now)) / d.inertia
 
     def _instant(self, part: Part, before: Part | None) -> Instant:
-        """What the effect looks at along the trajectory."""
+        """The signals that the effect reads along the trajectory."""
         water = dict(self.water)
         if part.effect.name == "memory":
             for each in (part, before):

@@ -1,4 +1,4 @@
-"""What a search found, as the result that everybody reads."""
+"""The conversion of a search into the result of a trace."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis)
 
 
 def _rejected(search: Search, best: FittedHypothesis) -> list[RejectedEffect]:
-    """What was looked at and not added, the most telling first."""
+    """The effects that were tried and not added, the most telling first."""
     found, looked_at = dict[str, RejectedEffect](), len(search.effects)
     for lead in leads(search.problem, best.fitted, search.effects, MAX_REJECTED, 0):
         name = lead.part.name

@@ -40,7 +40,7 @@ class Run:
 
     @property
     def words(self) -> AxisWords:
-        """What sentences call the quantities of the axis."""
+        """The words for the quantities of the axis."""
         return words_of(of_rate(self.rate_name))
 
 

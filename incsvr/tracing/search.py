@@ -1,4 +1,4 @@
-"""Which effects a model lacks: the best candidates are fitted, unseen data decide, and what no longer pays leaves."""
+"""The search: the best candidates are fitted, unseen data decide, and effects that no longer help are removed."""
 
 from __future__ import annotations
 
@@ -58,13 +58,13 @@ class FittedHypothesis:
 
     @property
     def size(self) -> int:
-        """How many free numbers its effects have."""
+        """The number of free numbers of its effects."""
         return sum(part.vector.size for part in self.hypothesis.parts)
 
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """What is asked of a problem, and what was tried.
+    """The state of a search: its problem and the hypotheses tried.
 
     Attributes:
         problem: the recordings.
@@ -116,7 +116,7 @@ class Search:
         return nothing, best
 
     def better(self, new: FittedHypothesis, old: FittedHypothesis) -> Difference:
-        """By how much the new one predicts unseen data better."""
+        """The gain of the new hypothesis in predicting unseen data."""
         return difference(new.score, old.score, self.blocks, new.inflation)
 
     def alike(self, better: FittedHypothesis, worse: FittedHypothesis) -> bool:
@@ -125,7 +125,7 @@ class Search:
         return self.better(better, worse).evidence < ALIKE_EVIDENCE * (1 + more)
 
     def why_not(self, new: FittedHypothesis, old: FittedHypothesis) -> str:
-        """Why what the new hypothesis has more than the old one is not to be named; empty if it is."""
+        """The reason against the effects that the new hypothesis adds to the old one; empty if there is none."""
         found = self.better(new, old)
         added = [part for part in new.hypothesis.parts if part.name not in old.names]
         each = INNOVATION_EVIDENCE if self.problem.of_innovations else WINDOW_EVIDENCE
@@ -143,7 +143,7 @@ class Search:
         return self.objection(new)
 
     def objection(self, tried: FittedHypothesis) -> str:
-        """Why physics or relevance forbid one of the effects; empty if they do not."""
+        """The reason why physics or relevance forbid one of the effects; empty if they do not."""
         return next((why for _, why in self.objections(tried)), "")
 
     def objections(self, tried: FittedHypothesis) -> Iterator[tuple[int, str]]:
@@ -167,7 +167,7 @@ class Search:
                 )
 
     def _grown(self, best: FittedHypothesis) -> FittedHypothesis | None:
-        """With the one candidate more that predicts best; None where none may be named.
+        """The hypothesis with the best further candidate; None if none may be named.
 
         What is not told apart from the best is no worse for having fewer free numbers.
         """

@@ -46,7 +46,7 @@ AHEAD = (
     "the vehicle turns before its {effort} is recorded, which is impossible: the {effort}'s stamps are late by |D| "
     "against the {rate}'s, or another effect causes it"
 )
-"""What a negative delay means."""
+"""The sentence on a negative delay."""
 
 
 def sentence(
@@ -56,7 +56,7 @@ def sentence(
     explained_part: float,
     words: AxisWords = YAW_WORDS,
 ) -> str:
-    """What was found, its values with 95 % intervals, and how much of the residual it explains."""
+    """The sentence of a finding: its values with 95 % intervals, and its share of the improvement."""
     values = []
     for name, value in parameters.items():
         label, unit = (words.fill(each) for each in LABELS[name])
@@ -113,7 +113,7 @@ def of_share(share: float) -> tuple[str, ...]:
 
 
 def headline(found: Trace) -> str:
-    """What a trace comes to, with everything that limits it: the one sentence above it, wherever it is read.
+    """The headline of a trace: its verdict, with everything that limits it.
 
     It is made of the verdict, the errors on unseen data with their intervals, whether they prove the effects, what is
     left of the torque, whether the stamps of the recordings overlap, and doubts about what was declared.
@@ -160,7 +160,7 @@ def _verdict(found: Trace) -> str:
 
 
 def _limits(found: Trace) -> list[str]:
-    """What a reader of the verdict must know beside it."""
+    """The limits of the verdict, in words."""
     limits, left, words = list(found.doubts), left_of_torque(found.error), words_of(found.axis)
     if found.verdict != "none" and left is not None and left >= MUCH_LEFT_SHARE:
         limits.append(f"the residual is {_share(left, words)}")
@@ -183,7 +183,7 @@ def _share(left: float, words: AxisWords) -> str:
 
 
 def _before_and_after(error: Mapping[str, Any], key: str, words: AxisWords) -> str:
-    """How an error changed, in words: "the torque's error grows from 51.6 to 56.2 N m"."""
+    """The change of an error, in words: "the torque's error grows from 51.6 to 56.2 N m"."""
     called, unit = {
         "torque_rmse": (f"the {words.effort}'s error", words.effort_unit),
         "free_run_rmse": ("the free run's error", words.rate_unit),

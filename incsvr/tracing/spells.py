@@ -67,7 +67,7 @@ def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> 
 
 
 def sentence(found: Sequence[tuple[float, float]]) -> str:
-    """What spells mean, for people."""
+    """The sentence on spells, for people."""
     where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:MAX_NAMED_SPELLS])
     more = f" and {len(found) - MAX_NAMED_SPELLS} more" if len(found) > MAX_NAMED_SPELLS else ""
     return (

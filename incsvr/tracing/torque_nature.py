@@ -1,4 +1,4 @@
-"""What the torque of recordings is, decided once: a command that holds or a course on a line, in open or closed loop.
+"""The kind of torque of recordings, decided once: a constant command or linear, in open or closed loop.
 
 In open loop nothing that the rate tells beside the torque's own past foretells the torque, however wrong the model is;
 a controller follows the rate, and with it the water (P. E. Caines, C. W. Chan, IEEE Trans. Autom. Control 20, 1975).
@@ -32,7 +32,7 @@ from incsvr.tracing.thresholds import (
 
 
 class Loop(Enum):
-    """How the torque follows the rate."""
+    """The relation of the torque to the rate."""
 
     OPEN = "nothing answers the rate"
     CLOSED = "a controller answers the rate"
@@ -41,7 +41,7 @@ class Loop(Enum):
 
 @dataclass(frozen=True, slots=True)
 class TorqueNature:
-    """What the torque is.
+    """The kind of torque: command or measurement, in open or closed loop.
 
     Attributes:
         held: whether it keeps each value until the next sample, as a command does; else it runs on a line.
@@ -55,7 +55,7 @@ class TorqueNature:
 
 
 def declared_nature(runs: Sequence[Run], kind: TorqueKind | None) -> TorqueNature:
-    """What the torque is by what a person says, or else by its messages alone.
+    """The kind of torque by declaration, or else by its messages alone.
 
     Args:
         kind: "commanded", "measured", or None where nobody says.
@@ -68,7 +68,7 @@ def declared_nature(runs: Sequence[Run], kind: TorqueKind | None) -> TorqueNatur
 
 
 def standing_time(runs: Sequence[Run]) -> float:
-    """How long the torque usually stands before it changes [s]; within that time it answers nothing."""
+    """The usual time between changes of the torque [s]; within that time it responds to nothing."""
     stood = [np.empty(0)]
     for run in runs:
         at, torque = stream(run, run.torque)
@@ -78,7 +78,7 @@ def standing_time(runs: Sequence[Run]) -> float:
 
 
 def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> float:
-    """How strongly the torque answers what the residual tells of the water: a correlation, 0 where chance explains it.
+    """The correlation of the torque with the residual before it; 0 if chance explains it.
 
     Args:
         residual: (n,) what a model leaves of the torque in each cell [N m], positive where it lacks torque.

@@ -1,4 +1,4 @@
-"""From recordings to what the declared model lacks, and the proof on unseen data: the method, step by step."""
+"""The method, step by step: from recordings to the effects that the declared model lacks, and their proof."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def problem_of(runs: Sequence[Run], inertia: float, names: Sequence[str], nature
 def nature_of(
     runs: Sequence[Run], inertia: float, names: Sequence[str], torque: TorqueKind | None
 ) -> tuple[TorqueNature, Loop]:
-    """What the torque is, and how it follows the rate."""
+    """The kind of torque, and its relation to the rate."""
     nature = declared_nature(runs, torque)
     problem, how = problem_of(runs, inertia, names, nature)
     if standing_time(runs) > how.steps * how.step:
@@ -95,6 +95,6 @@ def nature_of(
 
 
 def answer_left(problem: Problem, fitted: Fit) -> float:
-    """How strongly the torque answers what a fit leaves."""
+    """The correlation of the torque with a fit's residual."""
     cells = problem.cells
     return answers(residual(fitted.response.dynamics), cells.signals.torque, cells.start)

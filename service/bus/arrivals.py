@@ -1,4 +1,4 @@
-"""What arrives on some keys, in one queue, in the order of arrival and with its time; bounded, and every loss told.
+"""A bounded queue of the messages on some keys, in the order of arrival and with its time; losses are counted.
 
 A handler with a thread of its own for each key, as Zenoh has them, would change the order between keys.
 """

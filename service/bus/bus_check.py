@@ -28,7 +28,7 @@ from service.wire import Keys
 
 @contextmanager
 def reading_as(user: str | None) -> Iterator[None]:
-    """Within it files are opened with this user's rights; only root can look as somebody else.
+    """A context in which files are opened with this user's rights; only root can take another user's.
 
     Raises:
         BadInput: there is no such user, or we may not.
@@ -79,7 +79,7 @@ def check_files(config: Config, path: Path, user: str | None) -> None:
 
 
 def check_bus(bus: Bus, prefixes: Sequence[str]) -> str:
-    """Where the learner will be met, in words.
+    """The learner's endpoint in words, once the configuration of the bus has passed all checks.
 
     Raises:
         BadInput: the first thing in `bus.zenoh_file` that would keep it from being met.
@@ -122,7 +122,7 @@ def _check_readable(path: Path, what: str) -> None:
 
 
 def _obstacle(path: Path) -> str:
-    """What keeps us from a file, and the cure."""
+    """The obstacle that keeps this process from a file, and the cure."""
     for place in (path, *path.absolute().parents):
         try:
             found = place.stat()
@@ -174,7 +174,7 @@ def _check_handshake(endpoint: str, named: dict[str, Path]) -> None:
 
 
 def _check_access(config: zenoh.Config, path: Path, prefixes: Sequence[str]) -> None:
-    """Somebody must be allowed to measure below each prefix, or the learner would hear nothing."""
+    """Refuses access control that allows nobody to publish measurements below a prefix."""
     access = section(config, "access_control") or {}
     if not access.get("enabled") or access.get("default_permission") == "allow":
         return

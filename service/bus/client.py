@@ -1,4 +1,4 @@
-"""How a command that asks a learner meets it: opens the bus, and asks again until it answers or patience ends."""
+"""A client of a learner: it opens the bus, and asks again until the learner answers or the time is over."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def bus_client(config: Config, patience_s: float, stop: threading.Event | None =
 
 
 def _refusal(payload: bytes) -> ErrorReply:
-    """What an error reply says; Zenoh's own, on a timeout, is a bare text."""
+    """The sentence of an error reply; Zenoh's own, on a timeout, is a bare text."""
     try:
         return decode(ErrorReply, payload)
     except BadInput:

@@ -1,4 +1,4 @@
-"""Where an endpoint listens: judged by the address that its host resolves to, however it is spelt."""
+"""The interface at which an endpoint listens, judged by the address that its host resolves to."""
 
 from __future__ import annotations
 

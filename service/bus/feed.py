@@ -26,7 +26,7 @@ class Measurements:
 
 @dataclass(frozen=True, slots=True)
 class Arrived:
-    """What was read from the bus at once.
+    """The messages that one reading of the bus gave.
 
     Attributes:
         measurements: all of it, as health is told.
@@ -41,7 +41,7 @@ class Subscriptions(Protocol):
     """Subscriptions of one learner, read from one thread alone."""
 
     def read(self) -> Arrived:
-        """What has come since the last time."""
+        """The messages since the last call."""
 
     def close(self) -> None:
         """Ends them."""

@@ -120,7 +120,7 @@ class Ingest:
         ]
 
     def read(self) -> Arrived:
-        """What has come since the last time, all of which may be learned from."""
+        """The measurements since the last call; all may be learned from."""
         read: list[Measurements] = []
         for queue in self._queues:
             # Taken together, because the cost lies in the calls: a message alone costs twenty times as much.

@@ -60,7 +60,7 @@ class MappedIngest:
         self._arrivals = Arrivals(session, self.mapper, watch.add_refusal, waiting, most_bytes, archive)
 
     def read(self) -> Arrived:
-        """What has come since the last time; it may be learned from while the thrusters may turn."""
+        """The measurements since the last call; they may be learned from while the vehicle is armed."""
         # Taken together, because the cost lies in the calls.
         came: dict[str, tuple[list[float], list[float]]] = {}
         learnable: dict[str, tuple[list[float], list[float]]] = {}
@@ -83,12 +83,12 @@ class MappedIngest:
 
     @property
     def why_not(self) -> str | None:
-        """Why nothing that comes is learned from; None where it is."""
+        """The reason why measurements are not learned from; None if they are."""
         early = self.mapper.armed is None and time.monotonic() - self._began < GRACE_S
         return self.mapper.why_not if self.mapper.bindings and not early else None
 
     def notices(self) -> list[str]:
-        """What a person should know of how the measurements come about, and what is missing."""
+        """Notes for people on how the measurements are made, and what is missing."""
         late = time.monotonic() - self._began > GRACE_S
         with self._lock:
             return [*(self.mapper.missing.values() if late else ()), *self.mapper.notices()]
@@ -100,7 +100,7 @@ class MappedIngest:
             return next((key for key, each in bindings if any(name == RATE for name, _ in each.quantities)), None)
 
     def parameters(self) -> dict[str, dict[str, float]]:
-        """What vehicles have told of their thrusters, by vehicle."""
+        """The parameters that vehicles have sent, by vehicle."""
         with self._lock:
             return self.mapper.parameters_by_system
 
@@ -114,7 +114,7 @@ def _measurements(streams: Mapping[str, tuple[list[float], list[float]]]) -> lis
 
 
 def mapping(config: Config) -> Inputs:
-    """What the learner of a configuration listens to: what no preset brings and nobody says comes on its own keys.
+    """The inputs of a configuration: those that neither it nor its preset names have the learner's own keys.
 
     Raises:
         BadInput: a preset is to find another axis than yaw.

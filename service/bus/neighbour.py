@@ -1,4 +1,4 @@
-"""Who has the port at which a learner was to listen, and what to do about it."""
+"""The program that occupies the port of a learner, and the cure."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ANSWER_PATIENCE_S = 1.0
 
 
 def port_in_use(listened: Sequence[str], tls: bool) -> str:
-    """Who is at the first of these endpoints, which cannot be listened at, and the flags that help.
+    """A sentence on the program that occupies the first of these endpoints, and the flags that help.
 
     Args:
         tls: a client would need a certificate to ask who is there.

@@ -1,4 +1,4 @@
-"""What a learner says on the bus, and that it is archived."""
+"""The publishers of a learner's messages, which are archived as well."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why a TLS endpoint cannot be met, which Zenoh does not say: asked by a handshake of our own once Zenoh has failed."""
+"""The reason why a TLS endpoint refuses a client: Zenoh gives none, so a handshake of our own finds it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ANOTHER = "on its machine `incsvr keys DIR --role learner --replace` makes anot
 
 
 def refusal(config: zenoh.Config) -> str | None:
-    """Why the first TLS endpoint of a client cannot be met, and the cure; None where nothing is known."""
+    """The reason why a client's first TLS endpoint refuses it, and the cure; None if it is unknown."""
     for own in validities(config):
         if own.refused_now:
             return own.sentence_now()
@@ -67,7 +67,7 @@ def _date_sentence(endpoint: str, der: bytes) -> str | None:
 
 
 def _admission_sentence(endpoint: str, met: ssl.SSLSocket, tls: Mapping[str, Any]) -> str | None:
-    """What the other side says to our certificate: in TLS 1.3 that comes after the handshake."""
+    """The other side's answer to our certificate, which TLS 1.3 sends after the handshake."""
     try:
         met.recv(1)
     except ssl.SSLError as error:

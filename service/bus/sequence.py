@@ -1,4 +1,4 @@
-"""How many messages of a stream were lost, by the numbers that their sender gave them.
+"""The number of lost messages of a stream, by the numbers that their sender gave them.
 
 Messages may come out of order. A number is lost when two messages after it came and it has not; one that comes later
 still is found again. Numbers that begin anew (the sender was restarted) are followed.

@@ -113,7 +113,7 @@ def client_config(bus: Bus) -> zenoh.Config:
 
 
 def client_place(bus: Bus) -> str:
-    """Where a client meets a learner's bus, for people."""
+    """The endpoint of a client's bus, in words."""
     return bus.connect or bus.listen if bus.zenoh_file is None else f"the endpoint of {bus.zenoh_file}"
 
 
@@ -154,16 +154,16 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
 
 
 class BusRefusal(BadInput):
-    """Somebody is at the endpoint, and we cannot meet."""
+    """The endpoint is in use, but no session can be opened."""
 
 
 def nobody_at(where: str) -> str:
-    """What a client says where no bus is, and the cure."""
+    """The message of a client that finds no bus, with the cure."""
     return f"no bus answers at {where}: start `incsvr serve`, or give its endpoint with --connect"
 
 
 def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
-    """When the certificates of a configuration are valid; none where it has no TLS."""
+    """The validity of a configuration's certificates; none without TLS."""
     if not tls_section(config):
         return ()
     # Loaded where it is needed alone: most buses have none.
@@ -173,7 +173,7 @@ def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
 
 
 def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
-    """Why no session could be opened: `BusRefusal` where somebody is at the endpoint."""
+    """The error that explains why no session was opened: `BusRefusal` if the endpoint is in use."""
     tls = bool(tls_section(config))
     if "address already in use" in str(error).lower():
         from service.bus.neighbour import port_in_use

@@ -1,4 +1,4 @@
-"""What a Zenoh configuration says, as far as we ask it: its endpoints and its TLS."""
+"""The endpoints and the TLS section of a Zenoh configuration."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def section(config: zenoh.Config, name: str) -> Any:
 
 
 def endpoints(config: zenoh.Config, side: Literal["listen", "connect"]) -> list[str]:
-    """Where it listens, or connects to; a file may give that for each mode."""
+    """The endpoints to listen at or to connect to; a file may give them for each mode."""
     found = section(config, f"{side}/endpoints") or []
     return [endpoint for part in found.values() for endpoint in part] if isinstance(found, dict) else list(found)
 
 
 def tls_section(config: zenoh.Config) -> Mapping[str, Any]:
-    """What it says of TLS; empty where it says nothing."""
+    """The TLS section of the file; empty if there is none."""
     found = section(config, "transport/link/tls") or {}
     return {name: value for name, value in found.items() if value is not None}
 

@@ -15,7 +15,7 @@ from service.wire import Health, ModelSnapshot, StreamHealth
 
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
 STREAM_NAMES = {"yaw_rate": "{rate}", "torque": "{effort}"}
-"""What people call the two streams: templates of `AxisWords`, as their units are."""
+"""Names of the two streams for people; names and units are templates of `AxisWords`."""
 STREAM_UNITS = {"yaw_rate": "{rate_unit}", "torque": "{effort_unit}"}
 SHOWN_RATES = 5
 """Rates at which the model is shown, over its trained range."""
@@ -62,7 +62,7 @@ def _heard(health: Health, axis: Axis) -> Table:
 
 
 def _called(name: str, axis: Axis) -> str:
-    """What people call a stream."""
+    """The name of a stream for people."""
     return words_of(axis).fill(STREAM_NAMES[name]) if name in STREAM_NAMES else name
 
 

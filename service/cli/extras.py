@@ -1,4 +1,4 @@
-"""Which command installs what is missing, as the installed package's own metadata have it."""
+"""The command that installs a missing package, by the extras in the installed metadata."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _DISTRIBUTIONS = {
     "google": "protobuf",
     "yaml": "PyYAML",
 }
-"""What is installed, by the name that is imported, where the two differ."""
+"""Names of distributions by the name that is imported, where the two differ."""
 
 
 def how_to_install(module: str) -> str:

@@ -1,4 +1,4 @@
-"""What happens to a learner, one line an event: the same in the log of `incsvr serve` and in `incsvr watch`."""
+"""The lines that report a learner's events, in the log of `incsvr serve` and in `incsvr watch` alike."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from service.wire import IterationReport, Learning
 
 
 def iteration_line(report: IterationReport, axis: Axis = YAW) -> str:
-    """What an iteration did, in 80 columns, and on a second line what the learner noticed about the vehicle.
+    """The line of an iteration, in 80 columns, with a second line if the learner noticed a change of the vehicle.
 
     The error is that of the model before on the batch, before it was learned.
     """
@@ -23,7 +23,7 @@ def iteration_line(report: IterationReport, axis: Axis = YAW) -> str:
 
 
 def learning_line(learning: Learning) -> str:
-    """That learning goes on, or why it does not."""
+    """The line that reports the state of learning, with the reason if it has stopped."""
     if learning.state == "learning":
         return f"learning continues at {learning.since:.1f} s"
     return f"learning is {learning.state} since {learning.since:.1f} s: {learning.why}"

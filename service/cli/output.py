@@ -1,4 +1,4 @@
-"""What a command prints: a text for people, or one JSON object for programs (CONTRACT, Section 3)."""
+"""The output of a command: a text for people, or one JSON object for programs (CONTRACT, Section 3)."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def refuse_unwritable(path: Path, flag: str = "") -> None:
 
 @contextmanager
 def writing(path: Path, flag: str = "") -> Iterator[None]:
-    """Within it a file is written; `flag` names another one.
+    """A context in which a file is written; errors name `flag`, which selects another file.
 
     Raises:
         BadInput: the file cannot be written.

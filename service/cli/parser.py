@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from typing import Any, NoReturn
 
 NUMBERS = {"int": "a whole number", "float": "a number"}
-"""What a flag takes, by the name of the type by which argparse reads it."""
+"""Words for the value of a flag, by the name of its argparse type."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -38,7 +38,7 @@ class Parser(argparse.ArgumentParser):
         return {}
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As argparse does it, but what is left over is refused by the parser that knows the flags."""
+        """Parses as argparse does; the parser that knows the flags refuses the remainder."""
         found, left = super().parse_known_args(args, namespace)
         if left:
             flag = next((word for word in left if word.startswith("-")), None)

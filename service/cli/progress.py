@@ -12,13 +12,13 @@ from contextvars import ContextVar
 from threading import Timer
 
 BAR_AFTER_S = 1.0
-"""What is done sooner shows no bar [s]."""
+"""Shorter work shows no bar [s]."""
 _hidden = ContextVar("hidden", default=False)
 
 
 @contextmanager
 def without_bars(hides: bool = True) -> Iterator[None]:
-    """Within it no bar is shown."""
+    """A context in which no bar is shown."""
     before = _hidden.set(hides)
     try:
         yield

@@ -1,4 +1,4 @@
-"""What was scaled to recordings, as a configuration for `incsvr serve`: of `fit --write` and `tune --write`."""
+"""The configuration that `fit --write` and `tune --write` write: the values that were scaled to recordings."""
 
 from __future__ import annotations
 

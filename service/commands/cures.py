@@ -18,7 +18,7 @@ _FACTOR_AND_UNIT = re.compile(r"(\*[0-9.]+(?:[eE][+-]?[0-9]+)?)?(:[^:.]+)?$")
 
 @dataclass(frozen=True, slots=True)
 class Cures:
-    """What to type for a log whose torque has another unit, or another sign than the yaw rate.
+    """The flags that correct the unit or the sign of a log's torque.
 
     Attributes:
         scale: the flag that scales the torque.
@@ -30,7 +30,7 @@ class Cures:
 
     @staticmethod
     def of(recording: Recording) -> Cures:
-        """For the log that a recording comes of."""
+        """The cures for the log of a recording."""
         axis, places, words = recording.axis, recording.places, words_of(recording.axis)
         torque, rate = places.get("torque"), places.get("yaw_rate")
         scale = f"--column {axis.effort}=…*SCALE" if torque is None else _flag(axis.effort, _scaled(torque))
@@ -40,7 +40,7 @@ class Cures:
 
     @property
     def of_sign(self) -> str:
-        """What mends a sign, and the way past the doubt."""
+        """The flags that turn a sign, or declare that it is right."""
         return f"{self.turn}, --assume-sign uses both as recorded"
 
     def sentence(self, finding: Finding) -> str:

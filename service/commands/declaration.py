@@ -39,7 +39,7 @@ MILLISECOND_FACTORS = 300.0, 3000.0
 
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """What the motion says of the declaration.
+    """The result of comparing the declaration with the motion.
 
     Attributes:
         runs, unseen: the recordings as they are to be taken: where the torque acts late, with the torque put on time.
@@ -136,7 +136,7 @@ def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures, words: 
 
 
 def _unit(shown: ApparentInertia, declared: float, effort: str) -> str | None:
-    """What a torque that does not fit the inertia looks like, by the values that it has; None where like a torque."""
+    """The probable unit of a torque that disagrees with the inertia, by its values; None for N m."""
     reach = max(abs(shown.largest), abs(shown.smallest))
     too_small = declared > shown.middle
     if too_small and reach <= 1.0:

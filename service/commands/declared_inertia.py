@@ -89,7 +89,7 @@ def positive(given: str, words: AxisWords) -> float:
 def estimate_in_result(
     estimate: InertiaEstimate | None, closed_loop: bool, remarks: Sequence[str], words: AxisWords
 ) -> dict[str, Any]:
-    """What an estimate adds to the result of a fit; in closed loop the standard error would be none."""
+    """The fields that an estimate adds to the result of a fit; in closed loop it has no standard error."""
     if estimate is None:
         return {}
     return {
@@ -100,7 +100,7 @@ def estimate_in_result(
 
 
 def estimate_remarks(closed_loop: bool, words: AxisWords) -> list[str]:
-    """What is to be known of an inertia that was estimated."""
+    """The remarks on an estimated inertia."""
     return [words.fill(each) for each in (ESTIMATE_LIMITS, *([CLOSED_LOOP_DOUBT] if closed_loop else []))]
 
 

@@ -110,7 +110,7 @@ def _interrupt(*_: object) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Acts:
-    """When the hull is mounted and when the third act begins, by the vehicle's time [s]."""
+    """The times of the hull and of the third act, by the vehicle's clock [s]."""
 
     hull_comes: float
     third: float
@@ -118,7 +118,7 @@ class _Acts:
 
 @dataclass(frozen=True, slots=True)
 class _Course:
-    """What the learner made of it: the iterations before the third act, the ledger at its end, its counters.
+    """The learner's results: the iterations before the third act, the ledger at its end, its counters.
 
     Attributes:
         viewed: whether a viewer was there to record it.
@@ -133,7 +133,7 @@ class _Course:
 
 
 def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
-    """All acts, and what came of them, in the form of the report."""
+    """Plays all acts and returns their results in the form of the report."""
     recording, truth = out / "leng.rrd", out / "truth.json"
     try:
         out.mkdir(parents=True, exist_ok=True)

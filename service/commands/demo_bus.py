@@ -1,4 +1,4 @@
-"""What the demo hears of its learner, and asks it."""
+"""The demo as a client of its learner: subscriptions and queries."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ KEYS = Keys("leng/yaw")
 
 
 def arriving(session: zenoh.Session, key: str, form: type[FormType]) -> queue.Queue[FormType]:
-    """What is published on a key from now on."""
+    """A queue of the messages that are published on a key from now on."""
     arrivals: queue.Queue[FormType] = queue.Queue()
     session.declare_subscriber(key, lambda sample: arrivals.put(decode(form, sample.payload.to_bytes())))
     return arrivals

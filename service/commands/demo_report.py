@@ -1,4 +1,4 @@
-"""What the demo says: a line for each iteration, and Table I at the end, in at most 80 columns."""
+"""The texts of the demo: a line for each iteration, and Table I at the end, in at most 80 columns."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def line(report: IterationReport) -> str:
 
 
 def played(history: Sequence[IterationReport], hull_comes: float) -> dict[str, Any]:
-    """What the learner on the bus made of the experiment.
+    """The result of the experiment on the bus, by the learner's iterations.
 
     Args:
         history: its iterations.

@@ -26,9 +26,9 @@ OPENING_WORDS = """\
 Third act: the vehicle continues with its hull. At a hidden instant the simulator
 switches on an effect, which its seed selects. The learner's findings:"""
 LEDGER_TIMEOUT_S = 40.0
-"""How long after the last measurement its traces and proofs are awaited [s], wall time; they take ten."""
+"""The time for which traces and proofs are awaited after the last measurement [s], wall time; they take ten."""
 IDLE_S = 0.5
-"""For so long nothing is at work before that counts as the end [s]: the next piece of work begins within a tenth."""
+"""The idle time that counts as the end of tracing [s]: the next piece of work begins within a tenth of it."""
 
 
 class Steps:
@@ -81,7 +81,7 @@ def awaited(
 
 
 def outcome(ledger: EffectsLedger, begins: float, seed: int, truth: Mapping[str, Any]) -> dict[str, Any]:
-    """What was found in the act that begins at a time [s], and what was true.
+    """The findings of the act that begins at a time [s], and the ground truth.
 
     `right` says whether what was proven, or else what was suspected, is what came on or is in a class with it.
     """
@@ -102,7 +102,7 @@ def outcome(ledger: EffectsLedger, begins: float, seed: int, truth: Mapping[str,
 
 
 def summary(act: Mapping[str, Any]) -> list[str]:
-    """What was found, with the errors before and after, and only then what was true."""
+    """The findings with the errors before and after, followed by the ground truth."""
     lines = []
     for finding in act["found"]:
         lines += textwrap.wrap(f"{finding['state']}: {finding['sentence']}", WIDTH)

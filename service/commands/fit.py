@@ -107,7 +107,7 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
 
 
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
-    """What was learned, for programs and for people."""
+    """The result of a fit, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
     of_file = config if args.config else None
     coupled = other_velocities.coupled_axis(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
@@ -137,7 +137,7 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
 
 
 def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: Fit) -> None:
-    """What is in force, as a configuration: what was configured as it is, else scaled to the recordings."""
+    """Writes the settings of a fit as a configuration: configured ones as they are, others scaled to the recordings."""
     update = {"effects": args.effects} if args.effects else {}
     if recording.axis.name != config.vehicle.axis:
         vehicle = config.vehicle.model_copy(update={"axis": recording.axis.name})
@@ -162,7 +162,7 @@ def _settings(
     unseen: Sequence[Recording],
     coupled: Coupled | None,
 ) -> tuple[SignalSettings, Settings | None, TracedEffects | None]:
-    """As they are configured; where nothing is, such as suit the recordings."""
+    """The settings as configured, or scaled to the recordings without a configuration."""
     streams = () if coupled is None else coupled.streams
     if _as_configured(args):
         wanted = _declared(config, inertia, coupled)

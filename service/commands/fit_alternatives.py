@@ -22,7 +22,7 @@ MIN_GAIN_SHARE = 0.03
 
 @dataclass(frozen=True, slots=True)
 class _Gain:
-    """What other settings gained.
+    """The gain of other settings.
 
     Attributes:
         flag: what sets them.
@@ -43,7 +43,7 @@ def proposal(
     terms: Terms,
     model: Model,
 ) -> str:
-    """What to set where the motion is quicker than the samples show, with what it gained; or what was tried in vain.
+    """The remark on settings for motion that is faster than the samples show: their gain, or that none gains.
 
     Args:
         runs: what was learned from.
@@ -93,7 +93,7 @@ def _tried(
     smoothing: float | None,
     torque: TorqueKind | None,
 ) -> _Gain | None:
-    """What comes of other settings; None where too little can be learned with them, or the model runs away."""
+    """The result of other settings; None if they give too few samples, or the model diverges."""
     joined = sequence(runs)
     try:
         other = _with(signals, runs, terms, smoothing, torque)

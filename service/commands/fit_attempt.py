@@ -32,7 +32,7 @@ EFFECTS_OVER_ONE = "traced effects apply to damping over one velocity; leave out
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """What every attempt on the same recordings has in common.
+    """The common parameters of all attempts on the same recordings.
 
     Attributes:
         learner: its settings; None scales the paper's to the samples.

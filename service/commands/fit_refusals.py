@@ -1,4 +1,4 @@
-"""Why too little can be learned from recordings, each in one sentence with its cure."""
+"""The refusals of recordings that teach too little, each one sentence with its cure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the online loop makes of recordings: the iterations, and the errors of each on unseen ones."""
+"""The result of the online loop over recordings: the iterations, and the errors of each on unseen ones."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ CURVE_RATES = 101
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """What the online loop made of recordings.
+    """The result of the online loop over recordings.
 
     Attributes:
         name: the recordings, joined.
@@ -196,7 +196,7 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class _Training:
-    """What the online loop went through: samples, settings, verdicts on the batches, iterations, errors of each."""
+    """The course of the online loop: samples, settings, verdicts on the batches, iterations, errors of each."""
 
     samples: Samples
     settings: Settings

@@ -1,4 +1,4 @@
-"""What `incsvr fit` tells people."""
+"""The text that `incsvr fit` prints."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from service.commands.fit_result import Fit
 
 
 def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
-    """What a fit found, for people."""
+    """The text of a fit, for people."""
     source = (
         "" if estimate is None else f"{declared_inertia.doubt(estimate, fit.closed_loop)}, estimated by output error"
     )

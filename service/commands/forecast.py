@@ -25,7 +25,7 @@ SHOWN_ROWS = 20
 MIN_ROW_GAP_S = 0.05
 """Between two rows for people at least [s]: a vehicle hardly turns meanwhile."""
 CONSTANT_TORQUE_S = 20.0
-"""How long a constant torque is planned where nobody says it [s]."""
+"""The default duration of a constant planned torque [s]."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _without_plan(client: Client, seconds: float | None, axis: Axis) -> tuple[ForecastQuery | None, str | None]:
-    """What is asked where no torque is planned, and what is to be known about it.
+    """The query without a planned torque, and the remark that describes it.
 
     While the gyro works, there is next to nothing between the last measurement and now.
     """

@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def answer(args: argparse.Namespace) -> tuple[Identified, tuple[str, ...]]:
-    """What was identified, and the notes of the readers."""
+    """The identified model, and the notes of the readers."""
     reading = Reading.of(args, read_config(args.config))
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
     motion = on_grid([run.streams() for run in runs])

@@ -1,4 +1,4 @@
-"""What `incsvr identify` prints: the model axis by axis, what is not identified and why, and the errors."""
+"""The text of `incsvr identify`: the model axis by axis, the missing axes with reasons, and the errors."""
 
 from __future__ import annotations
 

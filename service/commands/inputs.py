@@ -28,9 +28,9 @@ from service.inputs.source_binding import RATE, TORQUE
 from service.inputs.survey import Survey
 
 POLL_S = 0.05
-"""How often what has come is taken [s]."""
+"""The period at which arrived messages are read [s]."""
 VEHICLE_TIMEOUT_S = 3.0
-"""How long it is waited for the vehicle that is to be asked, and for its answers [s]."""
+"""The longest wait for the vehicle that is asked, and for its answers [s]."""
 MAX_ASK_HZ = 400.0
 """Faster no autopilot runs."""
 INPUT_UNITS = {RATE: "rad/s", TORQUE: "N m"}
@@ -169,7 +169,7 @@ def _vehicle(hearing: InputMapper, arrivals: Arrivals) -> str:
 
 
 def _answer(answers: list[bytes]) -> str:
-    """What the autopilot says, which is taken out of the answers."""
+    """The autopilot's answer, which is removed from the list of answers."""
     pause, until = threading.Event(), time.monotonic() + VEHICLE_TIMEOUT_S
     while time.monotonic() < until:
         while answers:

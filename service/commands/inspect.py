@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _read(args: argparse.Namespace, description: LogDescription) -> LogSummary:
-    """What is in the files, and what of it would be learned from."""
+    """The contents of the files, and the streams that would be learned from."""
     dive, cut = one_dive(args.files, description), Cut.of(args)
     log, path = dive.opened(description), dive.path
     if args.topic is not None and args.topic not in {topic.name for topic in log.topics}:
@@ -99,7 +99,7 @@ def _read(args: argparse.Namespace, description: LogDescription) -> LogSummary:
 
 @dataclass(frozen=True, slots=True)
 class LogSummary:
-    """What `inspect` shows of a log: its name, format and streams, and what would be learned from.
+    """The summary of a log that `inspect` shows: name, format, streams, and those that would be learned from.
 
     Attributes:
         degrees: the quantities that look as if they were in degrees.

@@ -32,7 +32,7 @@ SECRET, PUBLIC = 0o600, 0o644
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where the files are written, where those who use them find them, and where the learner listens."""
+    """The folder of the files, their folder on the machines that use them, and the learner's endpoint."""
 
     folder: Path
     used_in: Path
@@ -55,11 +55,11 @@ class Place:
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """All for whom there are keys."""
+        """All roles that have keys."""
         return (ROUTER, *self.vehicles, *SHORE_ROLES) if self.shared else ROLES
 
     def may(self, role: str) -> tuple[str, ...]:
-        """What a role may do, in words."""
+        """The rights of a role, in words."""
         if self.shared and role in self.vehicles:
             return (f"do everything below {' and '.join(self.vehicles[role])}",)
         return CLIENTS.get(role, ("listen", "relay") if role == ROUTER else ("listen", "answer", "publish"))
@@ -167,7 +167,7 @@ def make(
 
 
 def zenoh_file(role: str, place: Place) -> str:
-    """What a program in this role gives to Zenoh, as the text of a JSON5 file."""
+    """The Zenoh configuration of a program in this role, as the text of a JSON5 file."""
     of = "listen" if role == place.listener else "connect"
     tls = {
         "root_ca_certificate": place.used("ca.pem"),
@@ -255,7 +255,7 @@ def _host(endpoint: str) -> str:
 
 
 def _summary(place: Place, roles: Sequence[str]) -> str:
-    """What was made, and what to do with it."""
+    """The summary of the files, with the commands that use them."""
     years = VALIDITY_SPAN.days // 365
     lines = [f"{place.folder}: keys for {', '.join(place.prefixes)} at {place.endpoint}, good for {years} years"]
     width = max(len(role) for role in roles)

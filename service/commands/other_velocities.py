@@ -45,7 +45,7 @@ VELOCITIES_CURE = "give --mass-matrix, learn over them with --inputs, or let `in
 
 @dataclass(frozen=True, slots=True)
 class OtherVelocities:
-    """What the other velocities are to a fit.
+    """The role of the other velocities in a fit.
 
     Attributes:
         coupled: the axis in its body; None where no mass matrix was declared.
@@ -84,7 +84,7 @@ class OtherVelocities:
         return OtherVelocities(coupled, share, tuple(remarks))
 
     def to_dict(self) -> dict[str, Any]:
-        """What it adds to a result."""
+        """The fields that the other velocities add to a result."""
         if self.coupled is None:
             return {}
         return {
@@ -167,7 +167,7 @@ def freed_recordings(
 
 
 def coupling_sentence(joined: Recording, samples: Samples, signals: SignalSettings) -> str | None:
-    """By how much the axis is not by itself, as far as the recorded velocities show it; None where it hardly is."""
+    """The size of the coupling to other axes, as far as recorded velocities show it; None if it is small."""
     motion = {}
     for name in _sampled(joined, joined.velocities):
         values = joined.velocities[name]

@@ -75,7 +75,7 @@ class Log:
 
 @dataclass(frozen=True, slots=True)
 class CommandResult:
-    """What a command answers: `str` is what it prints.
+    """The result of a command; `str` is the printed text.
 
     Attributes:
         result: what it writes with `--json`.
@@ -91,7 +91,7 @@ class CommandResult:
         return self.text
 
     def to_dict(self) -> dict[str, Any]:
-        """What the command writes with `--json`."""
+        """The JSON that the command writes with `--json`."""
         return dict(self.result)
 
 

@@ -90,7 +90,7 @@ def ask(
 
 
 def not_learned(reply: DampingReply, learned: tuple[float, float] | None, axis: Axis = YAW) -> str | None:
-    """That nothing was learned at some of the rates, and how far was learned [rad/s]; None where all was."""
+    """The remark on rates beyond the learned range [rad/s]; None if all are within."""
     foreign = [rate for rate, beyond in zip(reply.rate, reply.extrapolated, strict=True) if beyond]
     if not foreign:
         return None

@@ -1,4 +1,4 @@
-"""What a report was made of and how, for who finds it in a folder."""
+"""The head of a report: its data, settings and versions, so that the file explains itself."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def serve(config: Config, stop: threading.Event) -> None:
 
 
 def beginning(config: Config) -> tuple[str, ...]:
-    """Where a learner is met, what it hears and says, and where its state is; a line each."""
+    """The lines at a learner's start: its endpoint, inputs, outputs and state."""
     bus, keys = config.bus, Keys(config.prefix)
     if bus.zenoh_file is not None:
         met = f"met as {bus.zenoh_file} says"

@@ -120,7 +120,7 @@ def trace_recordings(
     rate_limit: float | None = None,
     assume_sign: bool = False,
 ) -> Trace:
-    """What the declared model lacks, and what a reader must know of the declaration and the sensors of the recordings.
+    """The trace of recordings, with the remarks on their declaration and their sensors.
 
     Args:
         fitted, unseen: recordings to fit, and for the proof alone.

@@ -1,4 +1,4 @@
-"""What the part of a recording after a step shows by itself: one model of both parts names effects that neither has."""
+"""The trace of a recording's part after a step: one model of both parts would name effects that neither has."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Part:
 
     @property
     def sentence(self) -> str:
-        """For people."""
+        """The sentence for people."""
         begin, end = f"{self.begin - self.origin:.6g}", f"{self.end - self.origin:.6g}"
         span = f"from {begin} s on" if self.end == inf else f"from {begin} to {end} s"
         where = f"{span}, after {' and '.join(self.after)}, the rest of the recording"

@@ -26,7 +26,7 @@ SLOW_TORQUE_PERIODS = 1.6
 
 
 def examine_sensors(recordings: Sequence[Recording], inertia: float, sign_known: bool = False) -> list[Sensors]:
-    """What the checks say of the sensors of each recording, with the settings of `incsvr fit` scaled to it.
+    """The findings of the checks on each recording's sensors, with the settings of `incsvr fit`.
 
     Args:
         inertia: as declared [kg m²].
@@ -59,7 +59,7 @@ def with_heading_sign(recordings: Sequence[Recording], sensors: Sequence[Sensors
 
 
 def sensor_notes(recordings: Sequence[Recording], sensors: Sequence[Sensors], explained: bool) -> list[str]:
-    """What a reader must know of the sensors.
+    """The notes on the sensors.
 
     Args:
         explained: the tracer found what moves the vehicle otherwise than the declared model; else it is said here.

@@ -1,4 +1,4 @@
-"""What `incsvr trace` tells people."""
+"""The text that `incsvr trace` prints."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _change(value: float) -> str:
 
 
 def _proof(trace: Trace) -> str:
-    """What the errors on unseen data are worth."""
+    """The line that judges the errors on unseen data."""
     if not trace.beats_zero:
         return "not proven: the error of the free run exceeds that of a zero rate"
     better = "significantly lower" if trace.proven else "not significantly lower"

@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Tuning:
-    """What the search found.
+    """The result of the search.
 
     Attributes:
         name: the recordings, joined.
@@ -188,7 +188,7 @@ def _with_policy(settings: Settings, policy: str | None) -> Settings:
 
 
 def _round(factor: float) -> float:
-    """To 1, 2 or 5 times a power of ten: the steps of the grid are wider, and round numbers are read."""
+    """Rounds to 1, 2 or 5 times a power of ten, because the steps of the grid are wider."""
     decade = 10.0 ** math.floor(math.log10(factor))
     return min((decade * step for step in (1.0, 2.0, 5.0, 10.0)), key=lambda each: abs(math.log(each / factor)))
 

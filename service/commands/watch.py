@@ -121,7 +121,7 @@ def _subscribe(client: Client, keys: Keys, came: queue.Queue[tuple[str, Form]]) 
 
 
 def _first_look(client: Client) -> tuple[Health, ModelSnapshot | None]:
-    """What the learner answers, once it does; that it is waited for is said."""
+    """The learner's first answer; the wait for it is reported."""
     soon = min(client.until, time.monotonic() + AWAY_AFTER_S)
     try:
         return look(replace(client, until=soon))

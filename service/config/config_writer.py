@@ -43,7 +43,7 @@ def _section(section: BaseModel, values: dict[str, Any], indent: str, usual: Bas
 
 
 def _bounds(metadata: list[Any]) -> str:
-    """What a value is kept within, in words."""
+    """The bounds of a value, in words."""
     words = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
     found = [
         f"{word} {getattr(each, name):g}" for each in metadata for name, word in words.items() if hasattr(each, name)

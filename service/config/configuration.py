@@ -81,7 +81,7 @@ class Config(Section):
         return tuple(stream_of(AXES[self.vehicle.axis], name) for name in self.learner.inputs[1:])
 
     def signal_settings(self) -> SignalSettings:
-        """What the synchroniser is told."""
+        """The settings of the synchroniser."""
         vehicle = self.vehicle
         return SignalSettings(
             inertia=vehicle.inertia,
@@ -92,7 +92,7 @@ class Config(Section):
         )
 
     def learner_settings(self) -> LearnerSettings:
-        """What the learner is told."""
+        """The settings of the learner."""
         axis, learner = AXES[self.vehicle.axis], self.learner
         return LearnerSettings(
             rate_range=self.vehicle.rate_range,

@@ -40,7 +40,7 @@ _NOT_A_NUMBER = frozenset({".nan", ".NaN", ".NAN"})
 
 
 class Document(NamedTuple):
-    """What a YAML text holds, and the line of each value by its place, such as ("learner", "gamma")."""
+    """The values of a YAML text, and the line of each by its place, such as ("learner", "gamma")."""
 
     value: Any
     lines: Mapping[tuple[str, ...], int]
@@ -165,7 +165,7 @@ class _Reader:
 
 
 def resolve(text: str) -> Any:
-    """What a plain scalar means by the core schema of YAML 1.2.
+    """The value of a plain scalar by the core schema of YAML 1.2.
 
     Raises:
         ValueError: it is a number of thousands of digits.

@@ -1,4 +1,4 @@
-"""What every section of the configuration is made of: its base, and the kinds of values."""
+"""The base of every section of the configuration, and the kinds of values."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from service.config.section import Endpoint, Name, Positive, Seconds, Section
 
 
 class Bus(Section):
-    """Where the learner is met."""
+    """The endpoints of the learner."""
 
     listen: Endpoint = Field(
         default="tcp/127.0.0.1:7447", description="endpoint at which the learner listens; loopback"
@@ -36,7 +36,7 @@ class Bus(Section):
 
 
 class Signals(Section):
-    """How two streams become samples."""
+    """The settings by which two streams become samples."""
 
     sample_period: float = Field(default=0.6, gt=0.0, le=60.0, description="between two samples [s]")
     smoothing: float = Field(
@@ -65,7 +65,7 @@ class Signals(Section):
 
 
 class Learner(Section):
-    """How it learns; γ, C, ε as tuned in Section IV-B of the paper, the rest from III-C."""
+    """The settings of the learner; γ, C, ε as tuned in Section IV-B of the paper, the rest from III-C."""
 
     policy: Literal["paper", "weighted"] = Field(
         default=LearnerSettings().policy, description="rule that selects the kept samples"
@@ -106,7 +106,7 @@ class Learner(Section):
 
 
 class HealthLimits(Section):
-    """When health warns, and where it goes besides."""
+    """The limits of health's warnings, and its further key."""
 
     stale_after: Seconds = Field(default=2.0, description="silence of a stream that makes health STALE [s], wall time")
     stuck_after: Seconds = Field(default=2.0, description="a yaw rate that is constant for longer is a fault [s]")
@@ -175,7 +175,7 @@ class Archive(Section):
 
 
 class Simulation(Section):
-    """What `incsvr simulate` plays: Leng's experiment and the faults of its sensors."""
+    """The simulation of `incsvr simulate`: Leng's experiment and the faults of its sensors."""
 
     seed: int = Field(default=1, ge=0, le=2**32 - 1, description="equal seeds give equal runs")
     runs: tuple[Literal["V1", "T1", "V2", "T2", "planar"], ...] = Field(

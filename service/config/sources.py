@@ -1,4 +1,4 @@
-"""Where the configuration in force comes from: a YAML file, then INCSVR_… variables, then flags.
+"""The sources of the configuration: a YAML file, then INCSVR_… variables, then flags.
 
 A nested value is named with two underscores in a variable, INCSVR_LEARNER__POLICY=paper, and with a dot in a flag,
 `--set learner.policy=paper`.
@@ -107,7 +107,7 @@ def _from_file(path: Path) -> Document:
 
 
 def _variables() -> dict[str, Any]:
-    """What the INCSVR_… variables say, nested."""
+    """The values of the INCSVR_… variables, nested."""
     named = sorted(name for name in os.environ if name.startswith("INCSVR_"))
     for name in named:
         top = name.removeprefix("INCSVR_").partition("__")[0].lower()

@@ -14,7 +14,7 @@ from service.config.section import MassMatrix, Metres, Name, Section
 
 
 class Vehicle(Section):
-    """Whose damping it is."""
+    """The vehicle whose damping is learned."""
 
     file: Path | None = Field(
         default=None,

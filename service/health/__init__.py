@@ -1,1 +1,1 @@
-"""How the learner does, and what systemd and ROS 2 are told of it."""
+"""The health of a learner, and its reports to systemd and ROS 2."""

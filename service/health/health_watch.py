@@ -1,4 +1,4 @@
-"""How the learner does, in one level and in sentences that say why.
+"""The health of a learner: one level, and sentences with the reasons.
 
 ERROR: what was learned cannot be kept, or an iteration failed. STALE: a stream is silent for longer than its limit.
 WARN: samples were rejected or lost, the torque hardly moves the vehicle, it moves where the model only extrapolates,
@@ -35,7 +35,7 @@ UNIT_CHECK_VALUES = 1000
 
 @dataclass(frozen=True, slots=True)
 class HealthConditions:
-    """What the parts of a learner beside its streams have to say, as health tells it until they say something else.
+    """The reports of a learner's parts other than its streams; each is valid until the next.
 
     Attributes:
         notices: sentences, to be told as warnings.
@@ -95,7 +95,7 @@ class HealthWatch:
         self._vehicle, self._axes = vehicle, dict(axes)
 
     def observe(self, conditions: HealthConditions) -> None:
-        """From now on this is what the parts beside the streams have to say."""
+        """Takes new reports of the parts other than the streams."""
         self._conditions = conditions
 
     def add_values(self, name: str, t: Array, value: Array) -> None:
@@ -133,14 +133,14 @@ class HealthWatch:
             self._queries += 1
 
     def silence_s(self, name: str) -> float | None:
-        """For how long a stream that came has been silent [s], if for longer than SILENT; by the clock on the wall."""
+        """The silence of a stream that had arrived [s], if longer than SILENT; by the clock on the wall."""
         with self._lock:
             at = self._streams[name].at
         age = None if at is None else self._clock() - at
         return age if age is not None and age > MIN_SILENCE_S else None
 
     def rejections(self, node: LearnerNode) -> dict[str, int]:
-        """What was not learned from since this start, by reason."""
+        """The counts of rejected values since this start, by reason."""
         with self._lock:
             total = dict(self._refused)
             lost = sum(stream.sequence.lost for stream in self._streams.values())
@@ -203,7 +203,7 @@ class HealthWatch:
             return self._learning
 
     def _units(self, node: LearnerNode) -> str | None:
-        """Why a stream seems to be in another unit, by the newest few values; None where none does."""
+        """The sentence on a stream that seems to have another unit, by its newest values; None if none does."""
         refused = {name: each.get("implausible", 0) for name, each in node.batches.rejected_by_stream.items()}
         limits = {"yaw_rate": node.config.vehicle.rate_limit, "torque": node.config.vehicle.torque_limit}
         for name, limit in limits.items():

@@ -22,7 +22,7 @@ class LearningState:
 
     @property
     def sentence(self) -> str:
-        """For people."""
+        """The sentence for people."""
         return f"learning is {self.state}: {self.why}" if self.why else "learning"
 
     def now(self, paused: str | None, starved: str | None, t: float) -> LearningState:

@@ -28,7 +28,7 @@ CURES = {
 
 
 def taken_for_zero(coupled: Coupled) -> tuple[str, ...]:
-    """What samples need of the body and nothing brings."""
+    """The sentence on velocities that the mass matrix needs and no source publishes."""
     if not coupled.missing:
         return ()
     unknown = ", ".join(f"channel {stream_of(coupled.axis, name)}" for name in coupled.missing)
@@ -39,7 +39,7 @@ def taken_for_zero(coupled: Coupled) -> tuple[str, ...]:
 
 
 def rejection_sentences(lately: dict[str, int], words: AxisWords) -> list[str]:
-    """What was rejected, reason → how many, and what its senders should send."""
+    """The sentences on rejected messages, from reason → count, with the cures."""
     told = []
     if lately.pop("clock_restarted", 0):
         told.append(f"the clocks of {words.rate} and {words.effort} restarted")
@@ -58,7 +58,7 @@ def stillness_sentences(rate: StreamMonitor, longest: float, words: AxisWords) -
 
 
 def motion_sentences(node: LearnerNode) -> list[str]:
-    """It is too quick for the streams, or tells too little."""
+    """The sentences on motion that is too fast for the streams, or excites too little."""
     told, recent, axis = [], node.recent_batches, AXES[node.config.vehicle.axis]
     quick, excitation = recent.unresolved, recent.excitation
     if quick is not None:

@@ -1,4 +1,4 @@
-"""Why no sample is made although measurements come, in one sentence that names the cause and the cure.
+"""The reason why arriving measurements give no sample: one sentence with the cause and the cure.
 
 The cause is read from what the streams' clocks show (`incsvr.signals.streams.Reading`) and from what came since the
 last sample. That a sample is due follows from the clock on the wall, which is injected; it decides nothing but what
@@ -26,7 +26,7 @@ _UNITS = {1e3: "milliseconds", 1e6: "microseconds"}
 
 
 class SampleSource(Protocol):
-    """What is asked of the batches of a learner."""
+    """The part of a learner's batches that this file reads."""
 
     samples_seen: int
 
@@ -136,7 +136,7 @@ class Starvation:
         return f"{words.rate} and {words.effort} arrive, but no stretch without a pause is as long as a sample needs"
 
     def _look(self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading]) -> None:
-        """When each stream was heard last and, once a second, how fast its clock goes."""
+        """Notes each stream's last arrival and, once a second, the speed of its clock."""
         for name, count in received.items():
             if count != self._last_arrivals.get(name, (0, 0.0))[0]:
                 self._last_arrivals[name] = (count, now)
@@ -147,7 +147,7 @@ class Starvation:
             self._last_look = (now, newest)
 
     def _refusal_sentence(self, name: str, reading: Reading, rejected: Mapping[str, int]) -> str:
-        """Why nothing of a stream is taken that comes."""
+        """The reason why every value of a stream is refused."""
         before, called = self._since.rejected.get(name, {}), self._words.stream(name)
         grown = {reason: count - before.get(reason, 0) for reason, count in rejected.items()}
         reason = max(grown, key=lambda reason: grown[reason], default="")

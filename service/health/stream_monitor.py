@@ -1,4 +1,4 @@
-"""What is heard of a learner's streams: of each how much came and when, and of all what was rejected lately."""
+"""The monitor of a learner's streams: counts and times of arrival, and the recent rejections."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class StreamMonitor:
             self.still_since = float(t[0])
 
     def health(self, now: float, reading: Reading | None) -> wire.StreamHealth:
-        """What health says of it at a time of the wall's clock [s], with what the learner makes of it."""
+        """The stream's part of health at a time of the wall's clock [s]."""
         return wire.StreamHealth(
             received=self.received,
             lost=self.sequence.lost,
@@ -63,7 +63,7 @@ class StreamMonitor:
 
 @dataclass(slots=True)
 class RecentRejections:
-    """What was rejected lately, by reason."""
+    """The recent rejections, by reason."""
 
     total: Mapping[str, int] = field(default_factory=dict)
     growth: dict[str, tuple[float, int]] = field(default_factory=dict)  # when it last grew [s], and by how much

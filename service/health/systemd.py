@@ -1,4 +1,4 @@
-"""What systemd is told of this process, as sd_notify(3) says: ready, still learning, stopping.
+"""Notifications of systemd by sd_notify(3): ready, watchdog, stopping.
 
 Where systemd did not start it nothing is told. What cannot be told must not end the learning: systemd acts on silence.
 """
@@ -33,7 +33,7 @@ def tell(state: str) -> None:
 
 
 def stroke_period() -> float | None:
-    """How often the watchdog is to be stroked [s]; None where no watchdog watches this process."""
+    """The period of the watchdog's notification [s]; None without a watchdog."""
     watched = os.environ.get("WATCHDOG_PID", str(os.getpid()))
     microseconds = os.environ.get("WATCHDOG_USEC", "")
     if watched != str(os.getpid()) or not microseconds.isdecimal() or int(microseconds) == 0:

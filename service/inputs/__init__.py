@@ -1,3 +1,3 @@
-"""What is measured, and where it stands: on a bus or in a log, in whichever unit, direction and clock."""
+"""The sources of measurements, on a bus or in a log: topics, fields, units, directions and clocks."""
 
 from __future__ import annotations

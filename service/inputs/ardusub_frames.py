@@ -1,4 +1,4 @@
-"""Which thrusters turn a vehicle that ArduSub steers: its frame, motor directions and outputs, from its parameters."""
+"""The thrusters of a vehicle with ArduSub: frame, motor directions and outputs, from its parameters."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def concerns_thrusters(name: str) -> bool:
 
 
 def assumption(parameters: Mapping[str, float]) -> str | None:
-    """What is taken for granted of the thrusters because the vehicle did not tell it, in one sentence with its cure."""
+    """The assumptions on thrusters whose parameters the vehicle did not send: one sentence with its cure."""
     untold = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(YAW_SHARES) + 1)]
     untold = [name for name in ("FRAME_CONFIG", *untold) if name not in parameters]
     if not untold:

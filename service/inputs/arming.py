@@ -1,4 +1,4 @@
-"""Only while the thrusters may turn is there something to learn: the spans in which a vehicle was armed."""
+"""The spans in which a vehicle was armed: only these are learned from."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MAX_WHOLE_NUMBER = 2.0**53
 
 
 def arming_spans(time: Array, armed: Array) -> Spans:
-    """From when to when a vehicle was armed [s], by what was told at `time` (n,) [s]; the last word holds for ever.
+    """The spans in which a vehicle was armed [s], by its states at `time` (n,) [s]; the last state lasts.
 
     What was told first holds before it, too.
     """
@@ -39,14 +39,14 @@ def says_armed(settings: Armed, values: Array) -> NDArray[np.bool_]:
 
 
 def says_something(settings: Armed, values: Array) -> NDArray[np.bool_]:
-    """Which of the values (n,) of the field say something of it: a field of events has others, too."""
+    """Selects the values (n,) that give an armed state: a field of events has others, too."""
     if settings.equals is None or settings.disarmed is None:
         return np.isfinite(values)
     return np.asarray((values == settings.equals) | (values == settings.disarmed))
 
 
 def is_within(time: Array, wanted: Spans) -> NDArray[np.bool_]:
-    """Which of the instants (n,) [s] are in the spans."""
+    """Selects the instants (n,) [s] within the spans."""
     inside = np.zeros(time.size, dtype=bool)
     for low, high in wanted:
         inside |= (time >= low) & (time < high)
@@ -82,7 +82,7 @@ class Arming:
             self.armed = self.by_movement = True
 
     def why_not(self, settings: Armed) -> str | None:
-        """Why nothing that comes is learned from; None where it is."""
+        """The reason why measurements are not learned from; None if they are."""
         if self.armed:
             return None
         if self.armed is None and not settings.events:

@@ -1,4 +1,4 @@
-"""Which keys of a bus a mapping listens to, and what a key says of its messages: their form and their type.
+"""The keys of a bus that a mapping listens to, and the form and type of their messages.
 
 A topic of the configuration may be a key expression, a ROS topic with its leading slash, which rmw_zenoh and
 zenoh-bridge-ros2dds put on different keys, or, with the preset blueos, the name of a MAVLink message.

@@ -56,7 +56,7 @@ class ClockOfRate:
         return times
 
     def behind(self, name: str) -> float | None:
-        """By how much the stamps of a stream are behind the yaw rate's that arrive with them [s], if that is odd."""
+        """The delay of a stream's stamps behind the yaw rate's that arrive with them [s], if it is implausible."""
         lags = self._behind.get(name)
         if lags is None or len(lags) < LAG_MESSAGES or len(self._paces) < LAG_MESSAGES:
             return None
@@ -66,7 +66,7 @@ class ClockOfRate:
         return lag if real and abs(lag) > MIN_LAG_S else None
 
     def doubts(self, name: str, own: bool, stamped: bool) -> list[str]:
-        """What is to be said of a stream's clock.
+        """The sentences on a stream's clock.
 
         Args:
             own: whether its own stamps count.

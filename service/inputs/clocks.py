@@ -98,7 +98,7 @@ def without_leaps(time: Array) -> tuple[Array, tuple[float, ...]]:
 
 
 def set_at(at: float) -> str:
-    """What is said of a clock that was set [s]."""
+    """The note on a clock that was set [s]."""
     return f"the clock of the log was set at {at:.6g} s: the log continues there"
 
 

@@ -1,4 +1,4 @@
-"""What a person says with `--column NAME=[-][TOPIC.]FIELD[*FACTOR][:UNIT]`; the time of a table is `t=COLUMN:ms`."""
+"""The argument `--column NAME=[-][TOPIC.]FIELD[*FACTOR][:UNIT]`; the time of a table is `t=COLUMN:ms`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ COLUMN_EXAMPLE = "write NAME=FIELD, as in yaw_rate=r:deg/s, torque=-tau, depth=b
 
 @dataclass(frozen=True, slots=True)
 class ColumnSpec:
-    """What was said.
+    """One parsed `--column` argument.
 
     Attributes:
         inputs: the quantities that were named.
@@ -66,14 +66,14 @@ def parse_columns(columns: Sequence[str], topics: Sequence[Topic], others: Seque
 
 
 def typed_source(source: Source) -> str:
-    """What a person types behind `--column NAME=` for a source, but for its unit."""
+    """The text behind `--column NAME=` for a source, without its unit."""
     field = source.field if source.topic == ROWS else f"{source.topic}.{source.field}"
     factor = "" if source.scale == 1.0 else f"*{source.scale:g}"
     return f"{'-' if source.sign < 0 else ''}{field}{factor}"
 
 
 def typed_source_with_unit(source: Source) -> str:
-    """What a person types behind `--column NAME=` for a source, with its unit."""
+    """The text behind `--column NAME=` for a source, with its unit."""
     return f"{typed_source(source)}{f':{source.unit}' if source.unit not in ('', FRACTION) else ''}"
 
 

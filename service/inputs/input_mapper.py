@@ -45,7 +45,7 @@ class MappedValues:
 
 
 class InputMapper:
-    """What one learner hears; one thread calls it.
+    """The inputs of one learner; one thread calls it.
 
     Args:
         inputs: the mapping of the configuration.
@@ -117,7 +117,7 @@ class InputMapper:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a preset concluded and what changed under way, one sentence each."""
+        """The conclusions of a preset and later changes, one sentence each."""
         others = self._others()
         of_vehicles = (self._vehicles.note(others),) if others else ()
         return (*of_vehicles, *self._resolved.notes, *self._parameters.note(self.system))
@@ -135,7 +135,7 @@ class InputMapper:
 
     @property
     def why_not(self) -> str | None:
-        """Why nothing that comes is learned from; None where it is."""
+        """The reason why measurements are not learned from; None if they are."""
         return None if self._resolved.armed is None else self._arming.why_not(self._resolved.armed)
 
     def announce(self, key: str, kind: str) -> None:
@@ -143,7 +143,7 @@ class InputMapper:
         self.types[key] = kind
 
     def hear(self, key: str, payload: bytes, arrival: float) -> list[MappedValues]:
-        """What a message tells, arrived at `arrival` [s] of a clock that goes on."""
+        """The measurements of a message that arrived at `arrival` [s] of a clock that never goes back."""
         binding = self.bindings.get(key)
         if binding is None:
             if len(self.bindings) >= MAX_KEYS:
@@ -180,7 +180,7 @@ class InputMapper:
         return told if sequence is None else [replace(heard, sequence=sequence) for heard in told]
 
     def _look_at_vehicle(self, name: str, binding: SourceBinding) -> None:
-        """What a message says of the vehicle that it is of: its parameters, and whether it is the one that is taken."""
+        """Reads a message's parameters of its vehicle, and decides whether this vehicle is the one that is used."""
         if name.endswith("/PARAM_VALUE") and (sender := owners.mavlink(name)) is not None:
             ours = self.system in ("", sender.system)
             when = self._clock.newest if ours else None
@@ -193,7 +193,7 @@ class InputMapper:
             self._resolve()
 
     def notices(self) -> list[str]:
-        """What a person should know of how the measurements come about."""
+        """Notes for people on how the measurements are made."""
         inputs, thrusters = self.inputs, self.inputs.thrusters
         found = []
         if thrusters is not None and self._configured.thrusters is None and inputs.preset == "blueos":

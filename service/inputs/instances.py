@@ -1,4 +1,4 @@
-"""Which instance a message is of: the bank of outputs, the battery or the sensor that the message itself names.
+"""The instance of a message: the bank of outputs, the battery or the sensor that the message names.
 
 Each instance is a topic of its own. Instance 0 keeps the plain name, `SERVO_OUTPUT_RAW`; another one is numbered,
 `SERVO_OUTPUT_RAW[1]`, in logs and on a bus alike.

@@ -1,4 +1,4 @@
-"""Which key is what: the configuration and a preset, held against all that was heard until now.
+"""The mapping of keys to inputs, by the configuration, a preset and all messages until now.
 
 What has come for a while stays where several would do, and of several vehicles one alone is heard.
 """
@@ -32,7 +32,7 @@ EXPECTED_HEARTBEAT = Armed(topic="the autopilot's HEARTBEAT", field="")
 
 @dataclass(frozen=True, slots=True)
 class ResolvedMapping:
-    """What is known of the mapping.
+    """The present state of the mapping.
 
     Attributes:
         inputs: the mapping in force.
@@ -88,7 +88,7 @@ def resolve(
 
 
 def named_topics(known: Mapping[str, SourceBinding]) -> list[Topic]:
-    """What was heard, for the presets: what came first counts as the busiest."""
+    """The received topics, for the presets: the first counts as the busiest."""
     heard = [(key, each) for key, each in known.items() if each.fields]
     return [Topic(key, each.type, each.fields, -order) for order, (key, each) in enumerate(heard)]
 
@@ -118,7 +118,7 @@ def key_of(topic: str, known: Mapping[str, SourceBinding], preset: str | None) -
 
 
 def _named_sources(inputs: Inputs) -> dict[str, Source]:
-    """What is taken from messages, by name; what turns thrusters has a name that no channel has."""
+    """The sources of all inputs, by name; an angle of thrusters has a name that no channel has."""
     named = {RATE: inputs.yaw_rate, TORQUE: inputs.torque, **inputs.channels}
     if inputs.thrusters is not None:
         named[BATTERY_NAME] = inputs.thrusters.measured_voltage
@@ -139,7 +139,7 @@ def _thrusters_with_paths(thrusters: Thrusters, known: Mapping[str, SourceBindin
 
 
 def _self_description(topics: Sequence[Topic], known: Mapping[str, SourceBinding]) -> SelfDescription:
-    """What the vehicle says of itself in its newest heartbeat."""
+    """The vehicle's description of itself in its newest heartbeat."""
     beats = [topic.name for topic in topics if autopilot_message(topic) == "HEARTBEAT"]
     return SelfDescription(dict(leaves(known[beats[0]].message))) if beats else SelfDescription()
 
@@ -156,5 +156,5 @@ def _absent_batteries(topics: Sequence[Topic], known: Mapping[str, SourceBinding
 
 
 def _cure_on_bus(name: str) -> str:
-    """What to do about a quantity of which nothing was heard."""
+    """The cure for a quantity that no key was recognised as."""
     return f"no key on the bus was recognised as {name}: describe it in inputs.{name}, with topic, form and field"

@@ -28,7 +28,7 @@ MAX_CHANGES_NAMED = 6
 
 @dataclass(frozen=True, slots=True)
 class MeasuredStreams:
-    """What was measured.
+    """The measured streams of a log, on one clock.
 
     Attributes:
         streams: stamps (n,) [s], strictly increasing, and values (n,) in SI units by name: yaw_rate, torque, channels.
@@ -101,7 +101,7 @@ def _stamps(source: Source | Thrusters | Armed, topic: str, table: Table) -> Arr
 
 
 def _arrival(table: Table, stamps: Array | None) -> Array:
-    """When the messages were written down [s]; their stamps where only they tell."""
+    """The times of writing of the messages [s], or their stamps if there are no others."""
     arrival = stamps if table.arrival is None else table.arrival
     if arrival is None:
         raise BadInput("no column of the time is known: name it, as in --column t=stamp:ms")
@@ -127,7 +127,7 @@ def _times(name: str, source: Source | Thrusters, topic: str, table: Table, cloc
 
 
 def _rising(time: Array, values: Array) -> Stream:
-    """By rising stamps, each once, without what was not sampled."""
+    """Sorts by stamps, keeps each once, and drops values that were not sampled."""
     kept = np.isfinite(values) & np.isfinite(time)
     time, values = time[kept], values[kept]
     order = np.argsort(time, kind="stable")
@@ -165,7 +165,7 @@ def _torque(
 def _commands(
     settings: Thrusters, tables: Mapping[str, Table], clock: Clock, notes: list[str]
 ) -> tuple[Array, Array, list[Array]]:
-    """When the thrusters are told something [s], when that arrived [s], and what each is told by then."""
+    """The stamps [s] and times of arrival [s] of the thrusters' commands, and each thruster's command by then."""
     found, silent = [], []
     for k, (each, topic) in enumerate(zip(settings.each, settings.topics, strict=True)):
         an_output = settings.command == "pwm" and output(topic, each.field) is not None
@@ -186,7 +186,7 @@ def _commands(
 
 
 def _newest_before(source: Source, tables: Mapping[str, Table], arrival: Array, before: float = np.nan) -> Array:
-    """What was known of a quantity when commands arrived (n,) [s]: as on a bus, its newest value counts."""
+    """The newest value of a quantity at the arrival (n,) [s] of commands, as on a bus."""
     table = _table(source.topic, tables)
     values = _column(source.field, source.topic, table) * source.factor
     known = np.isfinite(values)
@@ -211,7 +211,7 @@ def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arr
 
 
 def _change_sentences(changes: Sequence[Change], clock: Clock) -> list[str]:
-    """What of the parameters changed under way, in one sentence."""
+    """The sentence on parameters that changed during the log."""
     said = []
     for change in changes:
         if change.parameters:
@@ -229,7 +229,7 @@ def _change_sentences(changes: Sequence[Change], clock: Clock) -> list[str]:
 def _armed(
     inputs: Inputs, tables: Mapping[str, Table], clock: Clock, moves: float | None, notes: list[str]
 ) -> Stream | None:
-    """From when on the vehicle was armed or not; what says nothing before outputs move is concluded from them.
+    """The times and values of the armed state; before its first message it follows from moving outputs.
 
     Args:
         moves: when the outputs first move [s].

@@ -1,4 +1,4 @@
-"""What stands in a message of any form: its numbers and texts by their paths."""
+"""The numbers and texts of a message of any form, by their paths."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class Movement:
 
 
 def least_movement(settings: Thrusters) -> float:
-    """By more than this a command changes that moves, in its unit; what is no pulse has no band that is known."""
+    """The change of a command that counts as movement, in its unit; only pulses have a known band."""
     return {"pwm": MIN_PULSE_MOVEMENT_US, "fraction": MIN_PULSE_MOVEMENT_US / FULL_PULSE_US}.get(settings.command, 0.0)
 
 

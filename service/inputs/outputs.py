@@ -30,7 +30,7 @@ def output_numbers(settings: Thrusters) -> tuple[int | None, ...]:
 
 
 def without_pulse(settings: Thrusters, thrusters: Iterable[int]) -> str:
-    """What to do where these thrusters, by their places, never get a pulse: one sentence that names their outputs."""
+    """The sentence on thrusters, by their places, that never get a pulse; it names their outputs and the cure."""
     silent = list(thrusters)
     places = [output_numbers(settings)[k] for k in silent]
     topic = settings.topics[silent[0]].rpartition("/")[2]

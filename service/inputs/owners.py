@@ -1,4 +1,4 @@
-"""Whose a topic is, by its name: the system of MAVLink, the entity of Keelson, the first part of a ROS name."""
+"""The vehicle of a topic, by its name: the system of MAVLink, the entity of Keelson, the first part of a ROS name."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _RMW = re.compile(r"^\d+/(.+)/[a-z][a-z0-9_]*::msg::dds_::[A-Za-z0-9]+_/[^/]+$")
 
 @dataclass(frozen=True, slots=True)
 class MavlinkName:
-    """What the name of a MAVLink topic or key says: `mavlink/<system>/<component>/<MESSAGE>[<instance>]`."""
+    """The parts of the name of a MAVLink topic or key: `mavlink/<system>/<component>/<MESSAGE>[<instance>]`."""
 
     system: str
     component: int

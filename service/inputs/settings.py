@@ -119,7 +119,7 @@ class Thruster(Section):
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where an input comes from, as a configuration names it.
+    """The source of an input, as a configuration names it.
 
     Attributes:
         name: of what it is in the section, such as `channels.depth` or `thrusters`.
@@ -163,11 +163,11 @@ class Thrusters(Section):
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """Where the command of each thruster stands, in their order."""
+        """The topics of the thrusters' commands, in the order of the thrusters."""
         return tuple(each.topic or self.topic for each in self.each)
 
     def places(self) -> Iterator[Place]:
-        """Where the commands come from, then the battery's voltage and the angles."""
+        """The sources of the commands, then of the battery's voltage and the angles."""
         for number, topic in enumerate(self.topics):
             yield Place(f"thrusters.each.{number}", topic, self.form)
         for source in (self.measured_voltage, *(each.turned_by for each in self.each)):
@@ -176,7 +176,7 @@ class Thrusters(Section):
 
 
 class Inputs(Section):
-    """What is learned from, where it does not come in our own form; what is left out follows the preset."""
+    """The inputs in other forms than our own; the preset gives those that are left out."""
 
     preset: Preset | None = Field(default=None, description="blueos, ros2, keelson, px4 or incsvr; null: detected")
     yaw_rate: Source | None = Field(default=None, description="source of the yaw rate: topic, field, unit, …")
@@ -197,7 +197,7 @@ class Inputs(Section):
         return str(system) if isinstance(system, int) and not isinstance(system, bool) else system
 
     def places(self) -> Iterator[Place]:
-        """All that it names."""
+        """All sources that it names."""
         for name, source in (("yaw_rate", self.yaw_rate), ("torque", self.torque), ("armed", self.armed)):
             if source is not None:
                 yield Place(name, source.topic, source.form)

@@ -52,7 +52,7 @@ class SourceBinding:
         return self.form.removeprefix("cdr:") if self.form.startswith("cdr:") else ""
 
     def path(self, name: str, told: str) -> str:
-        """Where a number stands: as it was told, within MAVLink's `message`, or where the form has it."""
+        """The path of a number: as configured, within MAVLink's `message`, or the form's own."""
         if told and told not in self.fields and f"message.{told}" in self.fields:
             return f"message.{told}"
         if told:
@@ -63,7 +63,7 @@ class SourceBinding:
         return usual or ("data" if self.type.startswith("std_msgs/") else "")
 
     def stamp(self, source: Source | Thrusters) -> tuple[str, float]:
-        """Where the stamp stands, nowhere where the time of arrival counts, and seconds over its unit."""
+        """The path of the stamp, empty for the time of arrival, and its unit in seconds."""
         if source.stamp == ARRIVAL:
             return "", 1.0
         if source.stamp:

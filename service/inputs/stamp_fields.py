@@ -1,4 +1,4 @@
-"""Where the stamp of a message stands that a preset or a person said nothing of, in a log and on a bus alike."""
+"""The default paths of a message's stamp, in a log and on a bus alike."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a mapping heard in some seconds: of each input what came, how often, its range, and whether it can be true."""
+"""The survey of a mapping over some seconds: each input's values, rate, range, and doubts."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class InputRecord:
 
     @property
     def stream(self) -> tuple[Array, Array]:
-        """By rising stamps, each once."""
+        """The values sorted by stamps, each once."""
         time, first = np.unique(np.array(self.t), return_index=True)
         return time, np.array(self.value)[first]
 
@@ -62,7 +62,7 @@ class Survey:
             came.arrival.extend([arrival] * len(heard.t))
 
     def missing(self) -> dict[str, str]:
-        """What did not come, by name: a sentence with the cure."""
+        """The inputs that did not arrive, by name: a sentence with the cure."""
         found = dict(self.mapper.missing)
         for name in (RATE, TORQUE):
             if name not in self.records and name not in found:
@@ -72,7 +72,7 @@ class Survey:
         return found
 
     def doubts(self) -> dict[str, list[str]]:
-        """What cannot be true of an input, by name."""
+        """The doubts about each input, by name."""
         found = {name: self._doubts(name, came) for name, came in self.records.items()}
         heading = self._against_heading()
         if heading:
@@ -83,7 +83,7 @@ class Survey:
         return {name: sentences for name, sentences in found.items() if sentences}
 
     def summary(self) -> dict[str, Any]:
-        """All of it, as plain data."""
+        """The survey as plain data."""
         doubts = self.doubts()
         inputs = {name: self._input(name, came, doubts.get(name, [])) for name, came in self.records.items()}
         heard = {

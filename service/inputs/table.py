@@ -1,4 +1,4 @@
-"""What a log or a bus carries: topics with fields, and each topic's messages as a table of columns."""
+"""The topics of a log or a bus with their fields, and each topic's messages as a table of columns."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ROWS = "rows"
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """What a log or a bus carries under one name.
+    """The fields and the count of messages under one name.
 
     Attributes:
         name: as the log or the bus calls it.
@@ -46,7 +46,7 @@ class Table:
 
     @property
     def count(self) -> int:
-        """How many messages there are."""
+        """The number of messages."""
         if self.arrival is not None:
             return self.arrival.size
         sizes = [values.size for values in self.columns.values()] + [len(each) for each in self.texts.values()]

@@ -61,7 +61,7 @@ def is_pulse(command: Any) -> Any:
 
 
 def is_battery_voltage(volts: Array) -> NDArray[np.bool_]:
-    """Which of these (n,) are voltages of a battery at all: a monitor that is not there says 0 or 65.5 V."""
+    """Selects the values (n,) that are a battery's voltage: without a monitor they are 0 or 65.5 V."""
     return (volts > 6.0) & (volts < 26.0)
 
 
@@ -130,7 +130,7 @@ def pulse_thrust(settings: Thrusters, pulse: Array, volts: Array) -> Array:
 
 
 def _thrust_from_table(path: Path, command: Array) -> Array:
-    """By a file with two columns, command and thrust [N], the first rising."""
+    """The thrust by a file with two columns, command and thrust [N], the first rising."""
     try:
         table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
     except (OSError, ValueError) as error:

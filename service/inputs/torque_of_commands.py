@@ -22,7 +22,7 @@ GRACE_MESSAGES = 50
 
 @dataclass(slots=True)
 class TorqueOfCommands:
-    """What the thrusters were told.
+    """The torque of the thrusters' commands.
 
     Attributes:
         count: moments that were told.
@@ -55,7 +55,7 @@ class TorqueOfCommands:
         return True
 
     def silent(self, settings: Thrusters) -> str | None:
-        """What to do where thrusters have never got a pulse, though it had time to come; None where all have."""
+        """The sentence on thrusters that have had no pulse so far; None if all have."""
         waiting = self._without(settings)
         return without_pulse(settings, waiting) if waiting and self._messages > GRACE_MESSAGES else None
 

@@ -1,4 +1,4 @@
-"""What kind of vehicle speaks: a vehicle that says it is no ArduSub has other levers than a BlueROV2.
+"""The kind of a vehicle: one that is no ArduSub has other levers than a BlueROV2.
 
 It says so by its heartbeat (MAV_TYPE, MAV_AUTOPILOT), by the name of its firmware, or by what its outputs do.
 """
@@ -32,7 +32,7 @@ MAX_OUTPUTS = 32
 
 @dataclass(frozen=True, slots=True)
 class SelfDescription:
-    """What a vehicle says of itself.
+    """A vehicle's description of itself.
 
     Attributes:
         heartbeat: numbers and texts of a heartbeat of its autopilot, by their paths.
@@ -50,7 +50,7 @@ def output_functions(parameters: Mapping[str, float]) -> dict[int, int]:
 
 
 def evidence_of_another_vehicle(vehicle: SelfDescription, parameters: Mapping[str, float]) -> str | None:
-    """What says that a vehicle is no ArduSub, in a few words; None where nothing does."""
+    """The sign that a vehicle is no ArduSub, in a few words; None without one."""
     evidence = []
     for what, paths, of_ardusub, names in (
         ("type", ("mavtype.type", "mavtype", "type"), SUBMARINE, _TYPES),

@@ -15,7 +15,7 @@ MAX_CHANGES_SHOWN = 6
 
 
 class VehicleParameters:
-    """What vehicles have told of their thrusters.
+    """The parameters that vehicles have sent.
 
     Args:
         kept: as `by_system` gave it in an earlier process, or names and values of no vehicle that is known.
@@ -60,7 +60,7 @@ class VehicleParameters:
         return True
 
     def note(self, system: str) -> tuple[str, ...]:
-        """What a vehicle's parameters changed to under way, in one sentence."""
+        """The sentence on a vehicle's changed parameters."""
         changes = self._changes.get(system, ())
         return (f"parameters changed during the log, and apply from then on: {', '.join(changes)}",) if changes else ()
 

@@ -35,7 +35,7 @@ _PROPELLERS = ("propeller_rate_rpm", "engine_throttle_pct")
 
 @dataclass(frozen=True, slots=True)
 class VehicleEvidence:
-    """What the messages of a topic show of their vehicle.
+    """The evidence of a topic's messages on their vehicle.
 
     Attributes:
         system: the vehicle.
@@ -51,7 +51,7 @@ class VehicleEvidence:
 
 
 def evidence_of(topic: Topic) -> VehicleEvidence | None:
-    """What a topic shows of its vehicle; None where that is nothing."""
+    """The evidence of a topic on its vehicle; None without any."""
     system, message = system_of(topic), autopilot_message(topic)
     if not system:
         return None
@@ -85,7 +85,7 @@ def vehicles_with_yaw_rate(topics: Sequence[Topic]) -> list[str]:
 
 
 def present_vehicles(topics: Sequence[Topic], wanted: str = "") -> list[str]:
-    """All vehicles of which something is heard, also those that could not be learned from.
+    """All vehicles that send messages, also those that could not be learned from.
 
     Who sends a heartbeat alone is none, but where nobody sends more. A person who names a vehicle says that parts of
     ROS names are vehicles.

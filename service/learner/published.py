@@ -74,7 +74,7 @@ def snapshot(served: ServedModel, boot: str, inertia: float) -> wire.ModelSnapsh
 
 
 def _over(model: Model) -> wire.OverSeveral | None:
-    """What a model over several velocities holds beside its vectors."""
+    """The fields of a model over several velocities beside its vectors."""
     several = model.several
     if several is None:
         return None

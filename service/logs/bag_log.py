@@ -50,7 +50,7 @@ class BagLog:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be read."""
+        """The notes on messages that could not be read."""
         return self._damage.notes
 
     def _topic(self, reader: Any, connection: Any) -> Topic:

@@ -1,4 +1,4 @@
-"""Which vehicle a log is taken of: the rule of `service.inputs.vehicles`, over the messages as they arrived."""
+"""The vehicle of a log that is used, by the rule of `service.inputs.vehicles`, over the messages as they arrived."""
 
 from __future__ import annotations
 

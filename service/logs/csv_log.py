@@ -35,7 +35,7 @@ class TableLog:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be read: nothing is known of it."""
+        """No notes: a table has no messages that could not be read."""
         return ()
 
     @property

@@ -1,4 +1,4 @@
-"""What a log holds between two instants: its topics, their messages, and what was measured."""
+"""The part of a log between two instants: its topics and their messages."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Instant:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """What a log spans.
+    """The time span of a log.
 
     Attributes:
         first, last: its first and last stamp [s].
@@ -79,7 +79,7 @@ class Cut:
 
     @staticmethod
     def of(args: argparse.Namespace) -> Cut:
-        """As the flags of `add_cut_arguments` say.
+        """The cut by the flags of `add_cut_arguments`.
 
         Raises:
             BadInput: it ends before it begins.
@@ -99,7 +99,7 @@ class Cut:
         return " ".join(f"{flag} {end.text}" for flag, end in ends if end is not None)
 
     def ends(self, span: Span) -> tuple[float, float]:
-        """From and to [s], by the stamps of a log that spans this.
+        """The begin and end [s], by the stamps of a log with this span.
 
         Raises:
             BadInput: a time of day is asked for, and nothing in the log says it.
@@ -149,7 +149,7 @@ def add_cut_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def empty_cut(cut: Cut, span: Span) -> str:
-    """That a cut holds nothing of a log, and what the log spans."""
+    """The error for a cut that selects no data of a log, with the log's span."""
     return f"{cut} selects no data of this log, which spans {span}"
 
 
@@ -167,7 +167,7 @@ def since_1970(stamps: Array, arrival: Array | None) -> float | None:
 
 
 def rows_inside(time: Array, cut: Cut, span: Span) -> NDArray[np.bool_]:
-    """Which stamps (n,) [s] a cut holds.
+    """Selects the stamps (n,) [s] within a cut.
 
     Raises:
         NothingHeld: none of them.

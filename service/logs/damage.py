@@ -12,12 +12,12 @@ MAX_BROKEN_PART = 0.5
 
 
 def first_line(error: Exception) -> str:
-    """What an error of a package says, in one line; its type where it says nothing."""
+    """The first line of an error of a package; its type if it has no text."""
     return str(error).splitlines()[0] if str(error) else type(error).__name__
 
 
 class Damage:
-    """What could not be read of a log, as far as it was read."""
+    """The unreadable messages of a log, as far as it was read."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -42,11 +42,11 @@ class Damage:
         )
 
     def add_skipped(self, count: int) -> None:
-        """So many bytes between messages are none."""
+        """Counts bytes that belong to no message."""
         self._skipped += count
 
     def begin(self, topics: set[str]) -> None:
-        """These topics are read from their beginning: they are counted anew."""
+        """Starts the counts of these topics from zero, because they are read again."""
         for topic in topics:
             self._broken.pop(topic, None)
             self._read.pop(topic, None)

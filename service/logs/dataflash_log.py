@@ -31,7 +31,7 @@ _FORMATS = (
 )
 """NumPy's type by the letter of a field."""
 _FACTORS = {"c": 1e-2, "C": 1e-2, "e": 1e-2, "E": 1e-2, "L": 1e-7}
-"""What integers of these letters stand for."""
+"""The factors of integers by their letters."""
 _INSTANCE_FIELDS = ("I", "Instance")
 """Fields that tell sensors apart in logs which do not say which field does."""
 
@@ -63,7 +63,7 @@ class DataflashLog:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be read."""
+        """The notes on messages that could not be read."""
         return self._damage.notes
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
@@ -119,7 +119,7 @@ def open_log(path: Path) -> DataflashLog:
 
 
 def _since_boot(columns: Mapping[str, Array], count: int) -> Array:
-    """When the messages were written [s]."""
+    """The times of writing of the messages [s]."""
     if "TimeUS" in columns:
         return columns["TimeUS"] * 1e-6
     if "TimeMS" in columns:

@@ -1,4 +1,4 @@
-"""Which of several files are parts of one dive: those whose clock goes on from one to the next, and a folder's logs."""
+"""The files that are one dive: those that continue each other in time, and a folder's logs."""
 
 from __future__ import annotations
 
@@ -69,19 +69,19 @@ class Dive:
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """The name for people."""
         more = len(self.parts) - 1
         return self.path.name if self.path.is_dir() or not more else f"{self.path.name} and {more} more"
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """That several files are read as one."""
+        """The note that several files are read as one."""
         if len(self.parts) < 2:
             return ()
         return (f"read as one log, in the order of time: {', '.join(part.path.name for part in self.parts)}",)
 
     def opened(self, description: LogDescription = NO_DESCRIPTION) -> Log:
-        """What is in all parts together.
+        """The log of all parts together.
 
         Raises:
             BadInput: a part cannot be read, or is of another vehicle.
@@ -197,7 +197,7 @@ def _in_order(parts: Sequence[Part]) -> list[Part]:
 
 
 def _pause(one: Part, other: Part) -> float:
-    """From the end of a part to the beginning of another one [s]."""
+    """The pause from the end of a part to the beginning of another one [s]."""
     return other.first - one.last
 
 
@@ -220,7 +220,7 @@ def _part(path: Path, description: LogDescription) -> Part:
 
 
 def _span(log: Log, description: LogDescription) -> tuple[float, float]:
-    """From when to when a log goes [s], by its clock; of a table by the column that is its time."""
+    """The begin and end of a log [s], by its clock; of a table by its column of time."""
     topics = [topic for topic in log.topics if topic.count]
     if not topics:
         return nan, nan

@@ -48,7 +48,7 @@ class JoinedLog:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What of the parts could not be read."""
+        """The notes on messages of the parts that could not be read."""
         return tuple(dict.fromkeys(note for part in self._parts for note in part.notes))
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:

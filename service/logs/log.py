@@ -1,4 +1,4 @@
-"""What a log is to everybody who reads one."""
+"""The interface of a log."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ class Log(Protocol):
 
     @property
     def format(self) -> str:
-        """What people call the format."""
+        """The name of the format."""
 
     @property
     def topics(self) -> tuple[Topic, ...]:
-        """What is in it, by name."""
+        """The topics by name."""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What of it could not be read, one sentence each; known once it was read."""
+        """The notes on messages that could not be read, one sentence each; known after reading."""
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         """The messages of the topics named."""

@@ -65,7 +65,7 @@ class McapLog:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be read."""
+        """The notes on messages that could not be read."""
         return self._damage.notes
 
     def _messages(self, names: Collection[str] | None) -> Iterator[tuple[Any, Any, Any]]:
@@ -112,7 +112,7 @@ class McapLog:
             gathering.add(message.log_time * 1e-9, each)
 
     def _decoder(self, schema: Any, encoding: str) -> Decode | None:
-        """What reads the messages of a channel; None where nothing here does, as with pictures."""
+        """The decoder of a channel's messages; None for forms that are not read, such as pictures."""
         name = schema.name if schema else ""
         if encoding == "json":
             return json_message

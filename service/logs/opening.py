@@ -1,4 +1,4 @@
-"""Which reader a log needs, by its first bytes."""
+"""The reader of a log, by its first bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is drawn of a log before anything is learned from it."""
+"""The picture of a log before anything is learned from it."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ MAX_STEP_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class LogDescription:
-    """What a person says of logs, beside what they say of themselves.
+    """A person's description of logs, which adds to the logs' own.
 
     Attributes:
         columns: texts of `--column`.
@@ -99,7 +99,7 @@ def read(path: Path, log: Log, proposal: Proposal) -> MeasuredStreams:
 
 
 def writing_times(table: Table, inputs: Inputs) -> Array:
-    """When the messages were written down [s]; of a table by the column that is its time."""
+    """The times of writing of the messages [s]; of a table its column of time."""
     if table.arrival is not None:
         return table.arrival
     source = inputs.yaw_rate or inputs.torque

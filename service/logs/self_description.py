@@ -1,4 +1,4 @@
-"""What a vehicle says of itself in a log: its heartbeat, the name of its firmware, which batteries it has."""
+"""A vehicle's description of itself in a log: heartbeat, firmware, batteries."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def names(topics: Sequence[Topic]) -> list[str]:
 
 
 def of_vehicle(topics: Sequence[Topic], tables: Mapping[str, Table]) -> SelfDescription:
-    """What the vehicle of these topics says, by the last message of each that says something."""
+    """The description by the last message of each topic that contains one."""
     heartbeat: dict[str, float | str] = {}
     firmware = ""
     for message, table in _tables(topics, tables):

@@ -1,4 +1,4 @@
-"""What can be seen of a log before anything is learned: columns that are in degrees, and logs without a number."""
+"""Columns of a log that seem to be in degrees, and logs without a number."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ DEGREES_RATIOS = (0.5, 2.0)
 
 
 def in_degrees(inputs: Inputs, streams: Mapping[str, Stream]) -> dict[str, str]:
-    """By name a sentence for each quantity that looks as if it were in degrees, with what to type."""
+    """Sentences on quantities that seem to be in degrees, by name, with the flag to type."""
     sources: dict[str, Source | None] = {"yaw_rate": inputs.yaw_rate, **inputs.channels}
     found = {
         name: _sentence(name, source, "deg/s", "rad/s")
@@ -80,7 +80,7 @@ def _compass(heading: Array) -> bool:
 
 
 def _turning_ratio(at: Array, heading: Array, time: Array, rate: Array) -> float:
-    """How far the heading moves for each radian that the yaw rate turns; zero where neither shows it."""
+    """The turn of the heading over the integral of the yaw rate; zero if neither moves."""
     if at.size < 3 or time.size < 3:
         return 0.0
     turned = running_integral(time, rate)

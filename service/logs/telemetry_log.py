@@ -59,7 +59,7 @@ class TelemetryLog:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be read."""
+        """The notes on messages that could not be read."""
         return self._damage.notes
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:

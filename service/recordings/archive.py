@@ -1,4 +1,4 @@
-"""All that came in and went out, as MCAP files that are bounded: `incsvr serve --archive DIR`.
+"""The archive of all messages in MCAP files of bounded size: `incsvr serve --archive DIR`.
 
 Messages are written as they came, byte for byte and in the order in which the learner took them: what it lost before is
 not in them, so that `incsvr replay DIR` brings a learner that begins anew to the same models. A thread of its own
@@ -32,13 +32,13 @@ from service.wire.json_text import json_text
 log = logging.getLogger(__name__)
 
 WRITE_PERIOD_S = 0.5
-"""How often what waits is written [s]."""
+"""The period at which waiting messages are written [s]."""
 CHUNK_BYTES = 65_536
 """Size of the parts that are compressed and written [bytes]: a kill -9 loses the last one."""
 QUEUE_BYTES = 8_000_000
-"""What waits to be written at most [bytes]; beyond, what comes is not archived, and counted."""
+"""The largest queue [bytes]; messages beyond it are not archived, but counted."""
 MESSAGE_BYTES = 300
-"""What a message that waits costs beside its payload [bytes]."""
+"""The memory of a waiting message beside its payload [bytes]."""
 RETRY_S = 5.0
 """After a disk took nothing, it is tried again so much later [s]."""
 MAX_OVERSHOOT_BYTES = 1_100_000
@@ -102,11 +102,11 @@ class Archive:
         self._put(key, JSON_ENCODING if encoding in _JSON else encoding, payload, arrival)
 
     def went(self, key: str, payload: bytes) -> None:
-        """This was published, as JSON."""
+        """Archives a message that was published, as JSON."""
         self._put(key, JSON_ENCODING, payload)
 
     def notices(self) -> tuple[str, ...]:
-        """What is not archived and why, as sentences."""
+        """Sentences on messages that are not archived, with the reason."""
         if self._problem is not None:
             return (f"messages are not archived: {self._problem}",)
         missing = f"{self._lost} messages are missing in the archive" if self._lost else ""
@@ -161,7 +161,7 @@ class Archive:
         return (found.st_dev, found.st_ino) == (own.st_dev, own.st_ino) and found.st_size == file.written
 
     def _replace(self) -> None:
-        """Another file, because somebody took the one that is written: what was in it is missing from here."""
+        """Begins another file, because the one that was written is gone, with its messages."""
         count = sum(self._numbers.values())
         self._removed = (
             f"the archive's file {self._path} was removed, renamed or cut while it was written, with {count} messages; "
@@ -184,7 +184,7 @@ class Archive:
         self._writer.add_message(channel, message.at, message.payload, message.at, self._numbers[channel])
 
     def _begin(self) -> None:
-        """Another file, for which there is room once the oldest are gone."""
+        """Begins another file, after deleting the oldest to make room."""
         self._directory.mkdir(parents=True, exist_ok=True)
         files = archive_files(self._directory, self._name)
         sizes, newest = [path.lstat().st_size for path in files], number(files[-1]) if files else 0
@@ -261,12 +261,12 @@ _JSON = {"application/json", "text/json"}
 
 
 def about(config_json: Mapping[str, Any], boot: str) -> dict[str, str]:
-    """What a file says of the learner: which start of the process, and its configuration."""
+    """The learner's record at the head of a file: the start of the process, and its configuration."""
     return {"boot": boot, "config": json_text(config_json)}
 
 
 def archive_of(config: Config, boot: str, learners: int) -> Archive | None:
-    """Where what comes and goes is kept; None where it is not."""
+    """The archive of a configuration; None if it has none."""
     archive = config.archive
     if archive.directory is None:
         return None

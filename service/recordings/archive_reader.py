@@ -1,4 +1,4 @@
-"""What an archive of `incsvr serve --archive` kept of what came in, to be played again byte for byte."""
+"""The incoming messages of an archive of `incsvr serve --archive`, to be played again byte for byte."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class ArchiveReader:
 
     @staticmethod
     def read(paths: Sequence[Path]) -> ArchiveReader:
-        """All files of archives, up to where each ends or is damaged, as after a power cut.
+        """Reads all files of archives, up to where each ends or is damaged, as after a power cut.
 
         Raises:
             BadInput: a file is no archive, they are of several learners, or nothing came.
@@ -84,7 +84,7 @@ class ArchiveReader:
         return ArchiveReader(name, prefixes.pop(), topics, encodings, np.array(stream), times, payloads)
 
     def within(self, cut: Cut) -> ArchiveReader:
-        """What came in a cut: seconds count from the first message, and a time of day is that of the wall.
+        """The messages within a cut: seconds count from the first message, times of day are the wall's.
 
         Raises:
             NothingHeld: nothing came in it.
@@ -106,23 +106,23 @@ class ArchiveReader:
         return len(self.payloads)
 
     def key(self, stream: int, keys: Keys) -> tuple[str, zenoh.Encoding]:
-        """Where it came, below the prefix of the learner that hears it now."""
+        """The key of a message, below the prefix of the present learner."""
         topic, encoding = self.topics[stream], self.encodings[stream]
         below = topic.removeprefix(f"{self.prefix}/")
         place = topic if below == topic else f"{keys.prefix}/{below}"
         return place, zenoh.Encoding.APPLICATION_JSON if encoding == JSON_ENCODING else zenoh.Encoding(encoding)
 
     def payload(self, index: int, sequence: int) -> bytes:
-        """As it came."""
+        """The payload as it arrived."""
         return self.payloads[index]
 
     def values(self, stream: int) -> int:
-        """How many values a stream has that a learner takes in, where it is in our own form."""
+        """The number of values of a stream in our own form."""
         return sum(_values(self.payloads[index]) for index in np.flatnonzero(self.stream == stream).tolist())
 
 
 def _values(payload: bytes) -> int:
-    """How many values a message in our own form carries; none where it is refused."""
+    """The number of values of a message in our own form; zero if it is refused."""
     try:
         return len(parse(payload)[0])
     except InvalidMeasurement:

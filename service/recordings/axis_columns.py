@@ -17,7 +17,7 @@ _AWAY = "other."
 
 
 def of_axis(text: str, axis: Axis) -> str:
-    """What was said of a column, under the two names that a log is read by: its own rate and torque."""
+    """The columns of an axis's own velocity and force, under the two names of a log, yaw_rate and torque."""
     name, mark, where = text.partition("=")
     if axis == YAW or not mark:
         return text
@@ -26,7 +26,7 @@ def of_axis(text: str, axis: Axis) -> str:
 
 
 def with_own_columns(path: Path, log: Log, columns: Sequence[str], axis: Axis) -> tuple[str, ...]:
-    """What was said of the columns, and of a table the columns that bear the axis's own names.
+    """The declared columns, and those of a table that have the axis's own names.
 
     Raises:
         BadInput: the velocity or the force of the axis is neither said nor there, and how to say it.

@@ -49,7 +49,7 @@ def write_manoeuvre(path: Path, rows: Sequence[tuple[float, float]]) -> None:
 
 
 def read_manoeuvre(path: Path) -> Profile:
-    """What a file says: (n,) stamps [s] and torques [N m].
+    """The stamps (n,) [s] and torques (n,) [N m] of a file.
 
     Raises:
         BadInput: naming the file, the row (the header is row 1) and the cure.

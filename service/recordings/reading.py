@@ -40,7 +40,7 @@ NEVER_ARMED = "never armed, so there is nothing to learn from: give a log of a d
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How files are read.
+    """The settings by which files are read.
 
     Attributes:
         description: what a person says of them.
@@ -64,7 +64,7 @@ class Reading:
 
     @staticmethod
     def of(args: argparse.Namespace, config: Config) -> Reading:
-        """As the flags of `add_log_arguments` say, and the configuration whose file was given."""
+        """The settings by the flags of `add_log_arguments`, and by the given configuration."""
         inputs = config.inputs
         said = {"preset": args.preset, "system": args.system}
         inputs = inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
@@ -194,20 +194,20 @@ class Reading:
 
 
 def _places(inputs: Inputs) -> dict[str, str]:
-    """Where yaw rate and torque stand, with the unit that a person has to say again."""
+    """The sources of yaw rate and torque, with their units as a person types them."""
     sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque}
     return {name: typed_source_with_unit(source) for name, source in sources.items() if source is not None}
 
 
 def _in_degrees(source: Source | None, axis: Axis) -> str:
-    """What to type where a yaw rate is in degrees per second and nothing said so."""
+    """The flag for a yaw rate in degrees per second that was read as rad/s."""
     if source is None or axis.along or source.unit not in ("", "rad/s"):
         return ""
     return f"; if it is in degrees per second, give the unit: --column {axis.rate}={typed_source(source)}:deg/s"
 
 
 def _several(paths: Sequence[Path]) -> int | None:
-    """How many steps there are to show; one alone is no step."""
+    """The number of steps that progress shows; one alone is no step."""
     return len(paths) if len(paths) > 1 else None
 
 
@@ -250,14 +250,14 @@ def _later(streams: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array,
 
 
 def armed_spans(recording: Recording) -> Spans | None:
-    """When the vehicle was armed [s]; None where nothing says so."""
+    """The spans in which the vehicle was armed [s]; None if unknown."""
     if ARMED_CHANNEL not in recording.columns:
         return None
     return arming_spans(*recording.streams()[ARMED_CHANNEL])
 
 
 def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recording:
-    """What was measured while the vehicle was armed; `whole` only makes sure that it was."""
+    """The part of a recording while the vehicle was armed; with `whole` all of it, if it was armed at all."""
     wanted = armed_spans(recording)
     if wanted is None:
         return recording

@@ -1,4 +1,4 @@
-"""What the stamps of a recording's streams and its heading say, over its whole length: for `fit` and `trace`."""
+"""Checks of stamps and heading over the whole length of a recording, for `fit` and `trace`."""
 
 from __future__ import annotations
 

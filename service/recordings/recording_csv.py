@@ -91,7 +91,7 @@ def read(
 
 
 def _unit(axis: Axis, column: str) -> str:
-    """What a column holds."""
+    """The quantity and unit of a column."""
     words = words_of(axis)
     if column == "t":
         return "time [s]"

@@ -165,7 +165,7 @@ def pauses(recording: Recording, gap: float) -> list[str]:
 
 
 def remarks(recordings: Sequence[Recording], signals: SignalSettings) -> list[str]:
-    """What a person should know about the recordings and the settings."""
+    """The remarks on the recordings and the settings."""
     found = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
     found += [sentence for recording in recordings for sentence in pauses(recording, signals.longest_pause)]
     found += [

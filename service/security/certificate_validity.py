@@ -1,4 +1,4 @@
-"""From when until when the certificates of a Zenoh file are valid, and what to do before, after and close to the end.
+"""The validity of the certificates of a Zenoh file, and the cure before, after and close to its end.
 
 What a vehicle needs suffices: the dates are read from the certificate itself (RFC 5280, Section 4.1), without the
 package that makes certificates.
@@ -30,7 +30,7 @@ _UTC_TIME, _GENERALIZED_TIME, _VERSION = 0x17, 0x18, 0xA0
 
 @dataclass(frozen=True, slots=True)
 class Validity:
-    """When the certificates in a file are valid.
+    """The time span in which the certificates of a file are valid.
 
     Attributes:
         path: where they are.
@@ -45,7 +45,7 @@ class Validity:
 
     @property
     def cure(self) -> str:
-        """How to get another one."""
+        """The command that makes another one."""
         role = "" if self.authority else f" --role {self.path.stem}"
         what = "the authority and all keys anew" if self.authority else "another one"
         return f"`incsvr keys {self.path.parent}{role} --replace` makes {what} (--prefix and --listen as before)"
@@ -60,7 +60,7 @@ class Validity:
         return not self.authority and not self.begins <= now() <= self.ends
 
     def sentence(self, now: datetime) -> str | None:
-        """What is wrong with it at this time, or will soon be, and the cure; None where nothing is."""
+        """The fault of a certificate at this time, or soon, with the cure; None without one."""
         if now < self.begins:  # of an authority that says nothing more: what it signed is not valid either
             return None if self.authority else not_yet_valid(f"the certificate {self.path}", self.begins, now)
         if now > self.ends:
@@ -108,7 +108,7 @@ def _validities(tls: Mapping[str, Any]) -> Iterator[Validity]:
 
 
 def dates(der: bytes) -> tuple[datetime, datetime]:
-    """From when until when a certificate is valid.
+    """The begin and end of a certificate's validity.
 
     Raises:
         ValueError, IndexError: it is none.

@@ -1,4 +1,4 @@
-"""Who may do what on a secured bus: the table of roles and actions, and Zenoh's access control made from it.
+"""The roles and their rights on a secured bus, and Zenoh's access control made from them.
 
 The learner's session listens, so it judges every message that a client sends (ingress) and every message that it sends
 to a client (egress). What no action names is denied. A role is the common name of a client's certificate.
@@ -38,7 +38,7 @@ class Grant:
 
 
 def _with_history(*names: str) -> Grant:
-    """What Zenoh keeps for those who come late: `*` and `**` do not match its `@adv`, so that is written out."""
+    """The keys of Zenoh's history for late subscribers: `*` and `**` do not match its `@adv`."""
     return Grant(tuple(f"{name}/@adv/**" for name in names), (FOLLOW, ASK, PRESENCE))
 
 
@@ -60,7 +60,7 @@ ACTIONS: dict[str, tuple[Grant, ...]] = {
     # Keys of their own: access control sees the key of a query but not its parameters.
     "decide on effects": (Grant(("effects/promote", "effects/withdraw"), (ASK,)),),
 }
-"""What a client may do. No action lets it answer a query, publish a model or declare a liveliness token."""
+"""The actions of clients. No action lets it answer a query, publish a model or declare a liveliness token."""
 
 CLIENTS: dict[str, tuple[str, ...]] = {
     "vehicle": ("measure", "see whether the learner is well", "use the model"),

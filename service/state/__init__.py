@@ -1,1 +1,1 @@
-"""What survives a crash: the learner's memory and the history of what it published."""
+"""The durable state: the learner's memory and the history of its published revisions."""

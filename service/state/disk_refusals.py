@@ -1,4 +1,4 @@
-"""Why a disk takes nothing, in words with the cure: it is read-only, full or failing, or a place is somebody else's."""
+"""The reasons why nothing can be written, with the cure: a read-only, full or failing disk, or missing rights."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def is_read_only(error: Exception) -> bool:
 
 
 def refusal(error: Exception, path: Path, otherwise: str) -> str:
-    """Why nothing can be written at `path`, and what to do; `otherwise` says how to do without that place."""
+    """The reason why nothing can be written at `path`, and the cure; `otherwise` names the alternative."""
     number, code, place = getattr(error, "errno", None), _code(error), _nearest_place(path)
     if number == errno.EROFS or (code is not None and _mounted_read_only(place)):
         return _read_only_sentence(place, otherwise)
@@ -46,7 +46,7 @@ def refusal(error: Exception, path: Path, otherwise: str) -> str:
 
 
 def unwritable(path: Path, otherwise: str) -> str | None:
-    """Why a file or a directory, or the place where it will be made, cannot be written now; None where it can."""
+    """The reason why a file or directory, or its future place, cannot be written; None if it can."""
     place, effective = _nearest_place(path), os.access in os.supports_effective_ids
     if place != path.absolute() and not place.is_dir():
         return f"{place} is no directory; {otherwise}"

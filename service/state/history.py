@@ -1,4 +1,4 @@
-"""What was published: the rows of a state's file, and the newest ones that wait for the disk.
+"""The history of published revisions: the rows of a state's file, and the newest that wait for the disk.
 
 A learner without a state has its newest ones all the same, as long as it runs: a client on a busy machine asks for the
 model of an iteration when the next has often been published.
@@ -89,17 +89,17 @@ class History:
 
     @property
     def unsaved(self) -> list[Row]:
-        """What the file lacks, in its order."""
+        """The rows that the file lacks, in their order."""
         rows = [self._waiting[revision] for revision in sorted(self._waiting)]
         begun_anew = self.file is None or self.newest is None or self.file.newest != self.newest.revision
         return [self.newest] if not rows and begun_anew and self.newest is not None else rows
 
     def saved(self) -> None:
-        """All of it is in the file now."""
+        """Notes that all rows are in the file."""
         self._waiting.clear()
 
     def at(self, t: float) -> Row:
-        """What was served at the vehicle's time t [s]: the newest revision that is not younger.
+        """The model that was served at the vehicle's time t [s]: the newest revision that is not younger.
 
         Raises:
             NotKept: the history does not say.
@@ -120,7 +120,7 @@ class History:
             return found
 
     def revision(self, revision: int) -> Row:
-        """What was published as this revision.
+        """The published model and report of a revision.
 
         Raises:
             NotKept: it is not in the history, or damaged there.

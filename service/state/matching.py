@@ -1,4 +1,4 @@
-"""Which state a learner goes on from: the one in its place, or one that was set aside earlier and fits again."""
+"""The state that a learner continues: the one in its place, or one set aside earlier that fits again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a learner has learned, on the disk first, then on the bus: what was published is never unknown after a crash."""
+"""Writes each iteration to the disk first, then publishes it: after a crash every published revision is known."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ class PersistThenPublish:
 
     @property
     def problem(self) -> str | None:
-        """Why what was learned is not on the disk; None where it is, or nothing is kept."""
+        """The reason why the newest revisions are not on the disk; None if they are, or nothing is kept."""
         return None if self.store is None else self.store.problem
 
     def last_samples(self) -> None:
-        """What is on its way to the next batch is kept."""
+        """Saves the samples of the unfinished batch."""
         if self.store is None:
             return
         self.store.save_memory(self._memory(self.node.memory(whole=True)))

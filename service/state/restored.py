@@ -28,7 +28,7 @@ WEIGHT_ROUNDING_PART = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class RestoredMemory:
-    """What a learner goes on from.
+    """The memory that a learner continues.
 
     Attributes:
         guarded: what it has learned, and what the checks remember.
@@ -101,7 +101,7 @@ def _check_model(model: Model, settings: Settings) -> None:
 
 
 def _check_next_iteration(state: State, settings: Settings) -> None:
-    """Another iteration can follow, as it is and with samples that are learned whatever came before; no result is kept.
+    """Checks that another iteration can follow, with and without new samples; its result is dropped.
 
     Two samples alone are too few to tell what moved them, and are taken for evidence.
     """

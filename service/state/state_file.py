@@ -45,7 +45,7 @@ READER_PATIENCE_S = 0.5
 
 
 class StateDamage(Exception):
-    """What is in the file is not what was written there; the message says how it shows."""
+    """A file differs from what was written; the message names the sign."""
 
 
 class Row(NamedTuple):
@@ -112,7 +112,7 @@ class StateFile:
             return False
 
     def identity(self) -> dict[str, Any]:
-        """Whose state it is."""
+        """The identity of the learner whose state it is."""
         with _telling_damage():
             rows = self._connection.execute("SELECT name, value, checksum FROM identity").fetchall()
             return {
@@ -128,7 +128,7 @@ class StateFile:
             return json.loads(_checked_value("memory", *row))
 
     def write(self, memory: bytes, rows: Sequence[Row], keep: int, changed: Mapping[str, Any]) -> None:
-        """All of these on the disk when this returns, or nothing: the memory, revisions, parts of the identity."""
+        """Writes memory, revisions and parts of the identity in one transaction; all are on disk when it returns."""
         with _telling_damage(), self._connection as connection:
             _write_memory(connection, memory)
             _write_identity(connection, changed)
@@ -155,7 +155,7 @@ class StateFile:
         return found, following
 
     def revisions(self, after: int, limit: int) -> list[int]:
-        """At most `limit` revisions of the history after this one, in their order."""
+        """The next revisions of the history after this one, at most `limit`, in their order."""
         with _telling_damage():
             query = "SELECT revision FROM history WHERE revision > ? ORDER BY revision LIMIT ?"
             return [revision for (revision,) in self._connection.execute(query, (after, limit))]
@@ -231,7 +231,7 @@ def _file_identity(path: Path) -> tuple[int, int]:
 
 
 def _synchronise(directory: Path) -> None:
-    """What was renamed there is on the disk when this returns."""
+    """Synchronises a directory, so that a renamed file is on the disk."""
     descriptor = os.open(directory, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -1,4 +1,4 @@
-"""What survives a crash: the learner's memory after each iteration and the history of what it published.
+"""The durable state: the learner's memory after each iteration, and the history of its published revisions.
 
 One file for each learner (`state_file`). A state that does not fit, is damaged or cannot be taken up is set
 aside under another name, never half-read, and one that was set aside earlier comes back where it fits. While the disk
@@ -79,7 +79,7 @@ class Store:
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What happened to states and what was found damaged, as sentences."""
+        """Sentences on states that were set aside, lost or damaged."""
         return (*self._sentences, *self.history.damage, *self.history.gaps)
 
     @property
@@ -160,7 +160,7 @@ class Store:
         self.history.file, self.memory, self._memory_bytes = taken.file, taken.memory, json_text(taken.memory).encode()
 
     def _count(self) -> None:
-        """Which revisions are given already."""
+        """Counts on from the revisions that were given already."""
         saved = 0 if self._file is None else self._file.newest
         learned = 0 if self.memory is None else self.memory.get("revision")
         if not isinstance(learned, int):
@@ -173,7 +173,7 @@ class Store:
             self.history.lose(max(saved, learned) + 1, given)
 
     def _another(self, reason: str) -> None:
-        """In place of a state that is lost, or that is set aside now: one that was set aside and fits, or a new one."""
+        """The replacement of a lost or unsuitable state: one set aside earlier that fits, or a new one."""
         self.memory, self._memory_bytes = None, b"null"
         if self.path.exists():
             aside = self._put_aside()

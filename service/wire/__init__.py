@@ -1,4 +1,4 @@
-"""What travels on the bus: the key names and the forms of CONTRACT, Section 2, and nothing else.
+"""The keys and messages of the bus, by CONTRACT, Section 2.
 
 Everybody who speaks with the learner imports this package: the learner itself, the player, the viewer, the demo. A form
 is a frozen pydantic model; `encode` gives the UTF-8 JSON bytes that are put, `decode` reads them or raises `BadInput`.

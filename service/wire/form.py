@@ -1,4 +1,4 @@
-"""What all payloads have in common, and how they are written and read."""
+"""The base of all payloads, and their writing and reading."""
 
 from __future__ import annotations
 

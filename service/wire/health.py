@@ -1,4 +1,4 @@
-"""How a learner does."""
+"""The message of a learner's health."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from service.wire.form import Form
 
 
 class StreamHealth(Form):
-    """How one input stream does."""
+    """The health of one input stream."""
 
     received: int = 0  # samples
     lost: int = 0  # messages, by their `seq`

@@ -1,4 +1,4 @@
-"""What an iteration did, the history of iterations, and the ledger of traced effects."""
+"""The messages of an iteration, of the history of iterations, and of the ledger of traced effects."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ class Keys:
 
     @property
     def file_name(self) -> str:
-        """How the names of files begin that hold what is below the prefix."""
+        """The begin of the names of files with messages below the prefix."""
         return self.prefix.replace("/", "-")
 
     @property
@@ -77,7 +77,7 @@ class Keys:
         return f"{self.prefix}/alive"
 
     def coming(self, name: str) -> str:
-        """Where a learner that starts says so."""
+        """The key of the token of a learner that starts."""
         return f"{self.prefix}/coming/{name}"
 
     def stream(self, name: str) -> str:

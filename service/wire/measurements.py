@@ -1,4 +1,4 @@
-"""What comes in: measured values of one stream."""
+"""The incoming message: measured values of one stream."""
 
 from __future__ import annotations
 

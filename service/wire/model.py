@@ -53,7 +53,7 @@ class Kernel(Form):
 
 
 class OverSeveral(Form):
-    """What a model over several velocities holds beside its vectors.
+    """The fields of a model over several velocities beside its vectors.
 
     With uᵢ = νᵢ/fastestᵢ and κ over u times the first of `fastest`, d(ν) = Σ dragⱼ φⱼ(u) + Σ weightⱼ κ₀(νⱼ, ν), where
     κ₀(x, z) = κ(x, z) − κ(x, 0) κ(0, z), φ are the terms of docs/several_velocities.md, and of the further velocities

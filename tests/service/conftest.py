@@ -44,7 +44,7 @@ class Bench:
     endpoint: str = ""
 
     def follow(self, key: str, form: type[FormType]) -> queue.Queue[FormType]:
-        """What is published on a key from now on."""
+        """A queue of the messages that are published on a key from now on."""
         found: queue.Queue[FormType] = queue.Queue()
         self.session.declare_subscriber(key, lambda sample: found.put(wire.decode(form, sample.payload.to_bytes())))
         return found

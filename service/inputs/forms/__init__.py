@@ -1,4 +1,4 @@
-"""How a message is written on the bus, and its numbers: JSON, CDR of ROS 2, Keelson's envelopes, our own form."""
+"""The forms of messages on the bus: JSON, CDR of ROS 2, Keelson's envelopes, our own form."""
 
 from __future__ import annotations
 

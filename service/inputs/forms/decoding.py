@@ -19,7 +19,7 @@ class Undecodable(Exception):
 
 
 def decoder(form: str) -> Callable[[bytes], Any]:
-    """What reads messages of a form (`json`, `incsvr`, `keelson`, `cdr:<type>`); it raises Undecodable.
+    """The decoder of a form (`json`, `incsvr`, `keelson`, `cdr:<type>`); it raises Undecodable.
 
     Raises:
         BadInput: the type of CDR is not known here.

@@ -1,4 +1,4 @@
-"""What vehicles of a kind speak: each preset finds the mapping in what is there, and says what is missing."""
+"""The presets of kinds of vehicles: each finds a mapping among the topics, and names what is missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a preset says of the bus and of the vehicle where the configuration says nothing: its file goes before it."""
+"""The defaults of a preset for bus and vehicle; the configuration overrides them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _BLUEROV: dict[str, Any] = {
 
 
 def defaults(values: Mapping[str, Any]) -> dict[str, Any]:
-    """What the preset of a configuration says beside the configuration's own values."""
+    """The values of a configuration's preset that the configuration does not set itself."""
     inputs = values.get("inputs")
     preset = inputs.get("preset") if isinstance(inputs, Mapping) else None
     found = dict(_BLUEROV) if preset == "blueos" else {}

@@ -85,7 +85,7 @@ def _messages(observed: Observation) -> dict[str, tuple[Topic, str]]:
 
 
 def _inside(topic: Topic) -> str:
-    """Where in a message its fields stand: `message.` in JSON."""
+    """The path before a message's fields: `message.` in JSON."""
     return "message." if any(name.startswith("message.") for name in topic.fields) else ""
 
 

@@ -14,7 +14,7 @@ from service.inputs.vehicle_kind import SelfDescription
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What there is to choose from.
+    """The topics and parameters that a preset chooses from.
 
     Attributes:
         topics: of the vehicle that is taken, with fields of theirs that are known.
@@ -36,7 +36,7 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What the vehicle's thrusters are from an instant on, because a parameter changed.
+    """The thrusters from an instant on, because a parameter changed.
 
     Attributes:
         since: arrival of the parameter [s].
@@ -71,7 +71,7 @@ class Proposal:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """All that is to be said of where it came from."""
+        """The sentences on the sources of a proposal."""
         return (*self.notes, *(sentence for each in self.reasons.values() for sentence in each))
 
     def with_inputs(self, inputs: Inputs) -> Proposal:
@@ -142,7 +142,7 @@ def others_note(
     why: str = "the lowest number",
     cure: str = "--column or inputs names another",
 ) -> tuple[str, ...]:
-    """Which of several instances is taken, in one sentence; nothing where there is one."""
+    """The sentence on the instance that is used of several; nothing if there is one."""
     if not others:
         return ()
     rest = f"{', '.join(others[:6])}{' …' if len(others) > 6 else ''}"
