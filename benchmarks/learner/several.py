@@ -26,7 +26,7 @@ from incsvr.checks import Vehicle
 from incsvr.learning import checked_learner
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
-from incsvr.learning.several_velocities.velocities import points
+from incsvr.learning.velocities import points
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.signals.samples import Samples

@@ -103,21 +103,12 @@ def follow(
 
 def _taken_back(number: int, before: State, batch: Samples, verdict: Verdict) -> Iteration:
     """The iteration that leads back to what was learned before the last batch."""
-    model, nothing = before.model, Samples.empty()
+    model = before.model
     stamps = np.full(model.support_rate.size, batch.time[0])
     support = Samples(stamps, model.support_rate, model.support_damping, model.others_at_support)
-    return Iteration(
-        number=number,
+    return replace(
+        Iteration.untrained(number, model, support),
         time_span=verdict.span,
-        trained=False,
-        old=support,
-        new=nothing,
-        support=support,
-        forgotten=nothing,
-        discarded_tube=nothing,
-        discarded_near=nothing,
-        outliers=nothing,
-        model=model,
         change=f"the batch before is withdrawn: {verdict.findings[0].sentence}",
     )
 

@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from incsvr.errors import BadInput
-from incsvr.learning import dual
 from incsvr.learning.model import Model
-from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
 
@@ -121,26 +119,3 @@ class Iteration:
             outliers=nothing,
             model=model,
         )
-
-
-def train(
-    settings: Settings,
-    x: Array,
-    y: Array,
-    *,
-    C: Array | None = None,
-    epsilon: Array | None = None,
-    start: Array | None = None,
-) -> dual.Solution:
-    """θ of Eq. 7 by the configured solver.
-
-    Args:
-        x, y: (n,) rates [rad/s] and dampings [N m].
-        C, epsilon: (n,) bounds and half tubes of each sample [N m]; the configured ones where not given.
-        start: (n,) θ that warms Eq. 8's passes; the exact solver needs none.
-    """
-    bound = settings.C if C is None else C
-    tube = settings.epsilon if epsilon is None else epsilon
-    if settings.solver == "passes":
-        return dual.coordinate_descent(x, y, gamma=settings.gamma, C=bound, epsilon=tube, start=start)
-    return dual.solve(x, y, gamma=settings.gamma, C=bound, epsilon=tube)

@@ -4,7 +4,8 @@
     for batch in batches:
         state, iteration = step(settings, state, batch)
 
-Only motion that the torque makes is learned from (driven.py): such samples wait until a policy has enough of them.
+Only motion that the torque makes is learned from (driven_motion.py): such samples wait until a policy has enough of
+them.
 
 There is no clock and no randomness: the same batches give the same models to the bit, also when the state has been
 written to a file and read back in between.
@@ -27,9 +28,8 @@ from incsvr.learning.dual import MAX_INPUT_NORM
 from incsvr.learning.excitation import Water
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
+from incsvr.learning.plain_samples import columns_to_dict, others_to_dict, samples_from_dict
 from incsvr.learning.policies import paper, weighted
-from incsvr.learning.several_velocities import paper as several_paper
-from incsvr.learning.several_velocities import weighted as several_weighted
 from incsvr.learning.several_velocities.freeing import by_itself
 from incsvr.signals.samples import Samples
 
@@ -37,7 +37,7 @@ __all__ = ["Iteration", "Settings", "State", "start", "step"]
 
 STATE_FORM = 3
 """Number of the form of the plain data; a state of another form is refused."""
-Memory = paper.Memory | weighted.Memory | several_paper.Memory | several_weighted.Memory
+Memory = paper.Memory | weighted.Memory
 BATCH_PARTS = 5
 """Parts of a batch of which a policy learns from one at least: from fewer samples no noise can be told."""
 
@@ -64,20 +64,11 @@ class Waiting:
         return Waiting(Samples.concatenate((self.samples, samples.take(driven))), place)
 
     def to_dict(self) -> dict[str, Any]:
-        samples = self.samples
-        others = {name: values.tolist() for name, values in samples.channels.items()}
-        return {
-            "time": samples.time.tolist(),
-            "yaw_rate": samples.yaw_rate.tolist(),
-            "damping": samples.damping.tolist(),
-            "place": self.place.tolist(),
-        } | ({"others": others} if others else {})
+        return {**columns_to_dict(self.samples), "place": self.place.tolist(), **others_to_dict(self.samples)}
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Waiting:
-        time, rate, damping = (np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping"))
-        others = {name: np.array(values, dtype=np.float64) for name, values in data.get("others", {}).items()}
-        return Waiting(Samples(time, rate, damping, others), np.array(data["place"], dtype=np.intp))
+        return Waiting(samples_from_dict(data), np.array(data["place"], dtype=np.intp))
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,8 +114,7 @@ class State:
         if data.get("form") != STATE_FORM or data.get("policy") not in _POLICIES:
             raise BadInput("this is not a learner's state of this version; start from an empty state directory")
         policy = data["policy"]
-        over_several = "fastest" in data["memory"]  # which no policy over one velocity remembers
-        memory = _policy(policy, over_several).Memory.from_dict(data["memory"])
+        memory = _POLICIES[policy].Memory.from_dict(data["memory"])
         recent, waiting = Recent.from_dict(data["recent"]), Waiting.from_dict(data["waiting"])
         return State(
             data["iterations"],
@@ -138,19 +128,13 @@ class State:
         )
 
 
-_POLICIES = {"paper": paper, "weighted": weighted}
-_OVER_SEVERAL = {"paper": several_paper, "weighted": several_weighted}
-
-
-def _policy(name: str, over_several: bool) -> Any:
-    """The policy of this name, over one velocity or over several."""
-    return _OVER_SEVERAL[name] if over_several else _POLICIES[name]
+_POLICIES: dict[str, Any] = {"paper": paper, "weighted": weighted}
 
 
 def start(settings: Settings) -> State:
     """The state before the first iteration: nothing learned."""
     model = Model.untrained(settings.gamma, settings.C, settings.epsilon)
-    memory = _policy(settings.policy, bool(settings.others)).start(settings)
+    memory = _POLICIES[settings.policy].start(settings)
     return State(0, model, settings.policy, memory, Recent.empty(), Waiting.empty(), Water(), Disagreement())
 
 
@@ -158,7 +142,8 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
     """One iteration with a batch of n ≥ 1 finite samples, of any length (the paper's is 50).
 
     Raises:
-        BadInput: the batch is empty or not finite, or the state belongs to another policy.
+        BadInput: the batch is empty or not finite or lacks a velocity, or the state belongs to another policy or was
+            learned over other velocities.
 
     Example:
         A vehicle whose damping is d(r) = 100 r + 1000 r|r| N m, seen at fifty rates without noise:
@@ -170,39 +155,23 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         >>> iteration.model.predict(np.array([-0.1, 0.1])).damping.round().tolist()
         [-20.0, 20.0]
     """
-    if len(batch) == 0:
-        raise BadInput("a batch needs at least one sample; wait for more before the next iteration")
-    if not np.isfinite(batch.yaw_rate).all() or not np.isfinite(batch.damping).all():
-        raise BadInput("a batch holds NaN or infinite samples; reject them before they reach the learner")
-    for name, values in (("x", batch.yaw_rate), ("y", batch.damping)):
-        if np.abs(values).max() > MAX_INPUT_NORM:
-            raise BadInput(
-                f"{name} holds values beyond {MAX_INPUT_NORM:g}: reject such samples before they reach the learner"
-            )
-    if state.policy != settings.policy:
-        raise BadInput(f'the state was learned under policy "{state.policy}"; set it or start from an empty state')
-    if set(state.memory.served.channels) != set(settings.others):
-        known = ", ".join(state.memory.served.channels) or "the own velocity alone"
-        raise BadInput(f"the state was learned over {known}; set learner.inputs so or start from an empty state")
-    batch = _with_its_velocities(settings, batch)
+    batch = _checked(settings, state, batch)
     before, number = state.model, state.iterations + 1
-    alone = batch
-    if isinstance(state.memory, several_paper.Memory | several_weighted.Memory):
-        alone = by_itself(settings, state.memory.fastest, state.memory.served, batch, state.memory.noise)
+    fastest_others, served = state.memory.fastest, state.memory.served
+    alone = by_itself(settings, fastest_others, served, batch, state.memory.noise)
     driven, rate, recent = sift(alone, state.recent)
     waiting = state.waiting.with_batch(replace(batch, yaw_rate=rate), driven)
-    water = state.water.after(alone, driven)
-    samples, policy = waiting.samples, _policy(settings.policy, bool(settings.others))
-    disagreement = state.disagreement
+    water, disagreement = state.water.after(alone, driven), state.disagreement
+    samples = waiting.samples
     if len(samples) and BATCH_PARTS * len(samples) >= min(settings.batch, len(batch)):
         predicted = before.learned(samples) if before.is_trained else None
         if before.is_trained:
-            fastest = max(abs(end) for end in settings.rate_range)
-            disagreement = disagreement.after(before, samples, fastest)
+            disagreement = disagreement.after(before, samples, max(abs(end) for end in settings.rate_range))
+        policy = _POLICIES[settings.policy]
         memory, iteration = policy.learn(settings, number, state.memory, before, samples, predicted, waiting.place)
         waiting = Waiting.empty()
     else:
-        memory, iteration = state.memory, Iteration.untrained(number, before, state.memory.served)
+        memory, iteration = state.memory, Iteration.untrained(number, before, served)
         waiting = Waiting(samples, waiting.place - len(batch))
     model = iteration.model
     if model is not before:
@@ -222,7 +191,36 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         undriven=batch.take(~driven),
         progressive_mae=_mean_error(before, batch),
     )
-    return State(number, iteration.model, state.policy, memory, recent, waiting, water, disagreement), iteration
+    return State(number, model, state.policy, memory, recent, waiting, water, disagreement), iteration
+
+
+def _checked(settings: Settings, state: State, batch: Samples) -> Samples:
+    """A batch with the channels that damping is learned over, and no further ones.
+
+    Raises:
+        BadInput: as `step`.
+    """
+    if len(batch) == 0:
+        raise BadInput("a batch needs at least one sample; wait for more before the next iteration")
+    if not np.isfinite(batch.yaw_rate).all() or not np.isfinite(batch.damping).all():
+        raise BadInput("a batch holds NaN or infinite samples; reject them before they reach the learner")
+    for name, values in (("x", batch.yaw_rate), ("y", batch.damping)):
+        if np.abs(values).max() > MAX_INPUT_NORM:
+            raise BadInput(
+                f"{name} holds values beyond {MAX_INPUT_NORM:g}: reject such samples before they reach the learner"
+            )
+    if state.policy != settings.policy:
+        raise BadInput(f'the state was learned under policy "{state.policy}"; set it or start from an empty state')
+    known = state.memory.served.channels
+    if set(known) != set(settings.others):
+        over = ", ".join(known) or "the own velocity alone"
+        raise BadInput(f"the state was learned over {over}; set learner.inputs so or start from an empty state")
+    for name in settings.others:
+        if name not in batch.channels or not np.isfinite(batch.channels[name]).all():
+            raise BadInput(
+                f"a batch lacks {name} at some samples, over which damping is learned; leave such samples out"
+            )
+    return Samples(batch.time, batch.yaw_rate, batch.damping, {name: batch.channels[name] for name in settings.others})
 
 
 def _mean_error(model: Model, batch: Samples) -> float | None:
@@ -230,17 +228,3 @@ def _mean_error(model: Model, batch: Samples) -> float | None:
     if not model.is_trained:
         return None
     return float(np.mean(np.abs(model.at(batch).damping - batch.damping)))
-
-
-def _with_its_velocities(settings: Settings, batch: Samples) -> Samples:
-    """A batch with the channels that damping is learned over, and no further ones.
-
-    Raises:
-        BadInput: it lacks one of them.
-    """
-    for name in settings.others:
-        if name not in batch.channels or not np.isfinite(batch.channels[name]).all():
-            raise BadInput(
-                f"a batch lacks {name} at some samples, over which damping is learned; leave such samples out"
-            )
-    return Samples(batch.time, batch.yaw_rate, batch.damping, {name: batch.channels[name] for name in settings.others})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,6 +12,7 @@ from incsvr.learning.policies.merging import Vectors
 from incsvr.signals.samples import Samples
 
 EACH = 1.0 / 16.0
+FASTEST = np.array([0.3])
 
 
 def samples(rate: list[float], damping: list[float]) -> Samples:
@@ -18,7 +21,7 @@ def samples(rate: list[float], damping: list[float]) -> Samples:
 
 def test_a_sample_joins_the_vector_beside_it_by_the_running_mean() -> None:
     vectors = Vectors.of(samples([0.1, 0.2], [10.0, 20.0]), information=3 * EACH)
-    joined = vectors.absorb(samples([0.104, 0.15], [14.0, 15.0]), radius=0.006, each=EACH, most=15 * EACH)
+    joined = vectors.absorb(samples([0.104, 0.15], [14.0, 15.0]), FASTEST, 0.006, each=EACH, most=15 * EACH)
     np.testing.assert_allclose(joined.points.yaw_rate, [0.101, 0.15, 0.2])
     np.testing.assert_allclose(joined.points.damping, [11.0, 15.0, 20.0])
     np.testing.assert_allclose(joined.information / EACH, [4.0, 1.0, 3.0])
@@ -26,8 +29,9 @@ def test_a_sample_joins_the_vector_beside_it_by_the_running_mean() -> None:
 
 
 def test_the_two_closest_neighbours_become_their_weighted_mean() -> None:
-    vectors = Vectors(samples([0.0, 0.1, 0.13, 0.3], [0.0, 10.0, 16.0, 30.0]), np.array([1.0, 1.0, 2.0, 1.0]))
-    merged = vectors.condense(3, most=15.0)
+    four = samples([0.0, 0.1, 0.13, 0.3], [0.0, 10.0, 16.0, 30.0])
+    vectors = replace(Vectors.of(four, information=1.0), information=np.array([1.0, 1.0, 2.0, 1.0]))
+    merged = vectors.condense(FASTEST, 3, most=15.0)
     np.testing.assert_allclose(merged.points.yaw_rate, [0.0, 0.12, 0.3])
     np.testing.assert_allclose(merged.points.damping, [0.0, 14.0, 30.0])
     np.testing.assert_allclose(merged.information, [1.0, 3.0, 1.0])
@@ -42,8 +46,8 @@ def test_nothing_is_lost_but_what_the_cap_takes(first: list[float], second: list
     made = Vectors.empty()
     for part in (first, second):
         heights = [100.0 * rate + 1.0 for rate in part]
-        made = made.absorb(samples(part, heights), radius=0.006, each=1.0, most=1e9)
-    made = made.condense(capacity, most=1e9)
+        made = made.absorb(samples(part, heights), FASTEST, 0.006, each=1.0, most=1e9)
+    made = made.condense(FASTEST, capacity, most=1e9)
     assert len(made) <= capacity
     assert (np.diff(made.points.yaw_rate) >= 0.0).all()
     np.testing.assert_allclose(made.information.sum(), count)
@@ -54,4 +58,4 @@ def test_nothing_is_lost_but_what_the_cap_takes(first: list[float], second: list
 
 def test_information_is_capped_also_where_nothing_joins() -> None:
     vectors = Vectors.of(samples([0.1, 0.2], [10.0, 20.0]), information=100.0)
-    assert vectors.absorb(samples([0.0], [0.0]), radius=0.006, each=1.0, most=15.0).information.max() == 15.0
+    assert vectors.absorb(samples([0.0], [0.0]), FASTEST, 0.006, each=1.0, most=15.0).information.max() == 15.0

@@ -15,10 +15,10 @@ from incsvr.learning import checked_learner, dual
 from incsvr.learning.kernel import rbf, rbf_at_rest
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.policies.noise import Noise
+from incsvr.learning.policies.paper import near_distances
 from incsvr.learning.several_velocities.density import forgetting
 from incsvr.learning.several_velocities.drag import Drag, fitted
 from incsvr.learning.several_velocities.freeing import by_itself, streams_by_itself
-from incsvr.learning.several_velocities.paper import near_distances
 from incsvr.learning.several_velocities.surface import Several
 from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
 from incsvr.numerics import Array

@@ -38,7 +38,7 @@ def followed(state: State, samples: Samples) -> tuple[Memory, str | None]:
         state.model.evaluate(samples.yaw_rate),
         np.arange(len(samples)),
     )
-    return Memory(vectors, memory.noise, watch), sentence
+    return Memory(vectors, memory.fastest, memory.noise, watch), sentence
 
 
 def test_all_vectors_move_by_the_gain_and_keep_less_information(learned: State) -> None:

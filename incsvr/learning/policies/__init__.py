@@ -1,1 +1,1 @@
-"""Which samples the learner keeps: the paper's policy, and one whose vectors stand for many samples."""
+"""Which samples the learner keeps, over one velocity or several: the paper's policy, and one of weighted vectors."""

@@ -4,6 +4,10 @@ The vectors and weights that the outlier removal leaves are carried into the nex
 Eq. 8's passes. They are not what is served. Every θ is near ±C and every kernel spans most of the range, so a sum from
 which vectors have been struck out is off by thousands of N m: what is served is solved again on the vectors that the
 next iteration's forgetting will keep, at most `capacity` of them.
+
+Over several velocities, of which the paper says nothing, three things differ: a vector is near where it is near in
+every velocity, the forgetting goes by a density in place of bins, and what the kernels learn is what the textbook's
+drag leaves over.
 """
 
 from __future__ import annotations
@@ -15,10 +19,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.learning.criteria import Mask, forgetting, inclusion, outliers
-from incsvr.learning.iteration import Iteration, Settings, train
+from incsvr.learning.criteria import Inclusion, Mask, forgetting, inclusion, outliers
+from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
+from incsvr.learning.plain_samples import columns_to_dict, others_to_dict, samples_from_dict
 from incsvr.learning.policies.noise import Noise
+from incsvr.learning.policies.training import Problem, fastest_of, model_of, train
+from incsvr.learning.several_velocities import density
+from incsvr.learning.velocities import points
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
@@ -31,15 +39,18 @@ class Memory:
     """What the paper's policy carries from one iteration to the next.
 
     Attributes:
-        vectors: (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch.
-        weight: (n,) their θ [N m].
+        vectors: (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch, with their further
+            velocities.
+        weight: (n,) their θ [N m]; no file keeps those over several velocities, which warm nothing.
         stays: (n,) those that the next iteration's forgetting keeps: what is served.
+        fastest: (d − 1,) of each further velocity so far, in its unit.
         noise: of the samples about the curve.
     """
 
     vectors: Samples
     weight: Array
     stays: Mask
+    fastest: Array
     noise: Noise
 
     @property
@@ -48,26 +59,28 @@ class Memory:
         return self.vectors.take(self.stays)
 
     def to_dict(self) -> dict[str, Any]:
+        several = self.fastest.size > 0
         return {
-            "time": self.vectors.time.tolist(),
-            "yaw_rate": self.vectors.yaw_rate.tolist(),
-            "damping": self.vectors.damping.tolist(),
-            "weight": self.weight.tolist(),
+            **columns_to_dict(self.vectors),
+            **(others_to_dict(self.vectors) if several else {"weight": self.weight.tolist()}),
             "stays": self.stays.tolist(),
+            **({"fastest": self.fastest.tolist()} if several else {}),
             "noise": self.noise.to_dict(),
         }
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Memory:
-        time, rate, damping, weight = (
-            np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping", "weight")
-        )
-        stays = np.array(data["stays"], dtype=np.bool_)
-        return Memory(Samples(time, rate, damping), weight, stays, Noise.from_dict(data["noise"]))
+        vectors = samples_from_dict(data)
+        weight = np.array(data.get("weight", np.zeros(len(vectors))), dtype=np.float64)
+        stays, fastest = np.array(data["stays"], dtype=np.bool_), np.array(data.get("fastest", ()), dtype=np.float64)
+        return Memory(vectors, weight, stays, fastest, Noise.from_dict(data["noise"]))
 
 
 def start(settings: Settings) -> Memory:
-    return Memory(Samples.empty(), np.empty(0), np.empty(0, dtype=np.bool_), Noise.start(settings.rate_range))
+    nothing = np.empty(0)
+    vectors = Samples(nothing, nothing, nothing, dict.fromkeys(settings.others, nothing))
+    stays, fastest = np.empty(0, dtype=np.bool_), np.zeros(len(settings.others))
+    return Memory(vectors, nothing, stays, fastest, Noise.start(settings.rate_range))
 
 
 def learn(
@@ -86,38 +99,20 @@ def learn(
         predicted: (n,) f(x) of the batch under `model` [N m], None before there is one.
         place: (n,) where each sample stands in the stream: neighbours differ by one.
     """
-    before = memory.vectors
-    verdict = inclusion(
-        batch.yaw_rate,
-        batch.damping,
-        predicted,
-        before.yaw_rate,
-        before.damping,
-        epsilon=settings.epsilon,
-        near_rate=settings.near_rate,
-        near_damping=settings.near_damping,
-    )
-    stays = memory.stays
+    before, stays = memory.vectors, memory.stays
+    fastest = fastest_of(settings, memory.fastest, batch)
+    verdict = _inclusion(settings, batch, predicted, before, fastest)
     old, new = before.take(stays), batch.take(verdict.kept)
-    forgotten, removed = before.take(~stays), Samples.empty()
+    # Where no training takes place, nothing has to make room.
+    forgotten, removed = before.take(~stays) if len(new) else Samples.empty(), Samples.empty()
     if len(new):
         stack = Samples.concatenate((old, new))
         warm = np.concatenate((memory.weight[stays], np.zeros(len(new))))
-        trained = train(settings, stack.yaw_rate, stack.damping, start=warm)
-        active = np.abs(trained.weight) > MIN_WEIGHT_SHARE * settings.C
-        support, weight = stack.take(active), trained.weight[active]
-        wild = outliers(trained.fitted[active] - support.damping)
-        removed = support.take(wild)
-        vectors = support.take(~wild)
-        stays = forgetting(
-            vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=settings.rate_range
-        )
-        memory = Memory(vectors, weight[~wild], stays, memory.noise)
-        model = _served(settings, memory)
-        noise = memory.noise.after(batch.damping - model.evaluate(batch.yaw_rate), place, batch.yaw_rate)
+        memory, removed = _trained(settings, Problem(stack, fastest, memory.noise, warm=warm))
+        warm = memory.weight[memory.stays]
+        model = model_of(settings, Problem(memory.served, fastest, memory.noise, warm=warm))
+        noise = memory.noise.after(batch.damping - model.learned(batch), place, batch.yaw_rate)
         memory = replace(memory, noise=noise)
-    else:
-        forgotten = Samples.empty()  # no training takes place, so nothing has to make room
     return memory, Iteration(
         number=number,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
@@ -133,18 +128,42 @@ def learn(
     )
 
 
-def _served(settings: Settings, memory: Memory) -> Model:
-    """The model on the vectors that the next forgetting will keep, solved again on just these."""
-    vectors = memory.served
-    solution = train(settings, vectors.yaw_rate, vectors.damping, start=memory.weight[memory.stays])
-    return Model(
-        settings.gamma,
-        settings.C,
-        settings.epsilon,
-        support_rate=vectors.yaw_rate,
-        support_damping=vectors.damping,
-        weight=solution.weight,
-        count=np.ones(len(vectors)),
-        sigma=memory.noise.sigma,
-        certified_error=solution.certified_error,
+def _trained(settings: Settings, problem: Problem) -> tuple[Memory, Samples]:
+    """The memory after training on a stack, and the support vectors that were outliers."""
+    trained = train(settings, problem)
+    active = np.abs(trained.solution.weight) > MIN_WEIGHT_SHARE * settings.C
+    support, weight = problem.samples.take(active), trained.solution.weight[active]
+    wild = outliers(trained.fitted[active] - support.damping)
+    vectors = support.take(~wild)
+    stays = _forgetting(settings, vectors, problem.fastest)
+    return Memory(vectors, weight[~wild], stays, problem.fastest[1:], problem.noise), support.take(wild)
+
+
+def _inclusion(
+    settings: Settings, batch: Samples, predicted: Array | None, before: Samples, fastest: Array
+) -> Inclusion:
+    """Inclusion (Section III-C 1) with a distance for each velocity."""
+    return inclusion(
+        points(batch, settings.others),
+        batch.damping,
+        predicted,
+        points(before, settings.others),
+        before.damping,
+        epsilon=settings.epsilon,
+        near=near_distances(settings, fastest),
+        near_damping=settings.near_damping,
     )
+
+
+def near_distances(settings: Settings, fastest: Array) -> list[float]:
+    """a of each velocity in its unit: as configured, or the own one's as a part of the fastest."""
+    part = settings.near_rate / float(fastest[0])
+    further = zip(settings.others, fastest[1:].tolist(), strict=True)
+    return [settings.near_rate, *(settings.near.get(name, part * each) for name, each in further)]
+
+
+def _forgetting(settings: Settings, vectors: Samples, fastest: Array) -> Mask:
+    """Forgetting (Section III-C 2): by the bins of the rate range, or by the density over several velocities."""
+    if settings.others:
+        return density.forgetting(points(vectors, settings.others) / fastest, capacity=settings.capacity)
+    return forgetting(vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=settings.rate_range)

@@ -9,9 +9,12 @@ TUBE_DEVIATIONS σ/√nᵢ).
    no privilege, and many samples that disagree alike are a change.
 2. Change (watch.py): where a smooth correction of the curve is likelier than the curve, all vectors
    move by it. Only samples at rates where the curve has been trained are asked.
-3. Inclusion: a sample joins the vector beside it or becomes one.
-4. Forgetting: while there are more than `capacity`, the two closest neighbours become one.
+3. Inclusion: a sample joins the nearest vector, where that is near, or becomes one.
+4. Forgetting: while there are more than `capacity`, the two closest vectors become one.
 5. Training on what is kept, and that is served.
+
+Over several velocities no change is sought, and no batch asked what it says itself beside a sample: a vector stands for
+the newest `MAX_VECTOR_SAMPLES` samples around it and moves on with them.
 """
 
 from __future__ import annotations
@@ -23,11 +26,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.learning.criteria import outliers
-from incsvr.learning.iteration import Iteration, Settings, train
+from incsvr.learning.criteria import Mask, outliers
+from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies.merging import Vectors
 from incsvr.learning.policies.noise import Noise
+from incsvr.learning.policies.training import Problem, fastest_of, model_of
 from incsvr.learning.policies.watch import Watch, follow
 from incsvr.learning.windows import windows
 from incsvr.numerics import Array
@@ -56,11 +60,13 @@ class Memory:
 
     Attributes:
         vectors: at most `capacity`.
+        fastest: (d − 1,) of each further velocity so far, in its unit.
         noise: of the samples.
-        watch: for changes of the vehicle.
+        watch: for changes of the vehicle; over several velocities it never sees a batch.
     """
 
     vectors: Vectors
+    fastest: Array
     noise: Noise
     watch: Watch
 
@@ -70,21 +76,27 @@ class Memory:
         return self.vectors.points
 
     def to_dict(self) -> dict[str, Any]:
+        several = self.fastest.size > 0
         return {
             "vectors": self.vectors.to_dict(),
+            **({"fastest": self.fastest.tolist()} if several else {}),
             "noise": self.noise.to_dict(),
-            "watch": self.watch.to_dict(),
+            **({} if several else {"watch": self.watch.to_dict()}),
         }
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Memory:
         return Memory(
-            Vectors.from_dict(data["vectors"]), Noise.from_dict(data["noise"]), Watch.from_dict(data["watch"])
+            Vectors.from_dict(data["vectors"]),
+            np.array(data.get("fastest", ()), dtype=np.float64),
+            Noise.from_dict(data["noise"]),
+            Watch.from_dict(data["watch"]) if "watch" in data else Watch(),
         )
 
 
 def start(settings: Settings) -> Memory:
-    return Memory(Vectors.empty(), Noise.start(settings.rate_range), Watch())
+    vectors = Vectors.empty(settings.own, settings.others)
+    return Memory(vectors, np.zeros(len(settings.others)), Noise.start(settings.rate_range), Watch())
 
 
 def learn(
@@ -96,44 +108,37 @@ def learn(
     predicted: Array | None,
     place: NDArray[np.intp],
 ) -> tuple[Memory, Iteration]:
-    """Iteration `number` with a `batch` of n ≥ 1 samples.
-
-    Args:
-        memory, model: from before.
-        predicted: (n,) f(x) of the batch under `model` [N m], None before there is one.
-        place: (n,) where each sample stands in the stream: neighbours differ by one.
-    """
+    """Iteration `number` with a `batch` of n ≥ 1 samples; as `policies.paper.learn`."""
     vectors, noise, watch, change = memory.vectors, memory.noise, memory.watch, None
-    low, high = settings.rate_range
-    radius = JOINING_RADIUS * (high - low) / settings.capacity
+    fastest, radius = fastest_of(settings, memory.fastest, batch), radius_of(settings)
+    wild = np.zeros(len(batch), dtype=bool)
     if predicted is None:
         # There is no curve yet by which to call a sample an outlier, only the batch's own.
-        wild = np.zeros(len(batch), dtype=bool)
-        own = _served(settings, Vectors.of(batch, information=1.0), noise)
-        noise = noise.after(batch.damping - own.evaluate(batch.yaw_rate), place, batch.yaw_rate)
+        own = _served(settings, Vectors.of(batch, settings.own, settings.others, information=1.0), fastest, noise)
+        noise = noise.after(batch.damping - own.learned(batch), place, batch.yaw_rate)
         kept = batch
     else:
         residual = batch.damping - predicted
-        trained = vectors.within(batch.yaw_rate, NEAR_RADII * radius) * noise.variance >= MIN_TRAINED_SAMPLES
-        alone = np.minimum(np.abs(residual), np.abs(residual - _beside(batch.yaw_rate, residual)))
-        spread = noise.spread.at(batch.yaw_rate)  # where the noise is loud, far is farther
-        wild = outliers(residual / spread) & trained & (alone > MIN_OUTLIER_NOISES * noise.sigma * spread)
+        trained = vectors.within(batch, fastest, NEAR_RADII * radius) * noise.variance >= MIN_TRAINED_SAMPLES
+        wild = _wild(settings, noise, batch, residual) & trained
         index = np.flatnonzero(~wild)
         kept, residual, trained, place = batch.take(index), residual[index], trained[index], place[index]
-        # Between two turns that were held the curve has guessed: that it guessed wrongly is no change.
-        vectors, watch, change = follow(
-            settings, watch, vectors, model, noise, kept.take(trained), predicted[index][trained], place[trained]
-        )
+        if not settings.others:
+            # Between two turns that were held the curve has guessed: that it guessed wrongly is no change.
+            vectors, watch, change = follow(
+                settings, watch, vectors, model, noise, kept.take(trained), predicted[index][trained], place[trained]
+            )
     each = 1.0 / noise.variance
-    included = vectors.absorb(kept, radius=radius, each=each, most=MAX_VECTOR_SAMPLES * each)
-    vectors = included.condense(settings.capacity, most=MAX_VECTOR_SAMPLES * each)
-    served = _served(settings, vectors, noise)
+    included = vectors.absorb(kept, fastest, radius, each=each, most=MAX_VECTOR_SAMPLES * each)
+    vectors = included.condense(fastest, settings.capacity, most=MAX_VECTOR_SAMPLES * each)
+    served = _served(settings, vectors, fastest, noise)
     if predicted is not None:
         # A curve tells the noise of what it has not seen, but not where it was never trained, or has moved since.
         told = trained & (change is None)
-        left = np.where(told, residual, kept.damping - served.evaluate(kept.yaw_rate))
+        left = np.where(told, residual, kept.damping - served.learned(kept))
         noise = noise.after(left, place, kept.yaw_rate)
-    return Memory(vectors, noise, watch), Iteration(
+    nothing = batch.take(slice(0, 0))
+    return Memory(vectors, fastest[1:], noise, watch), Iteration(
         number=number,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
         trained=True,
@@ -141,32 +146,38 @@ def learn(
         new=kept,
         support=vectors.points,
         forgotten=included.without(vectors),
-        discarded_tube=Samples.empty(),
-        discarded_near=Samples.empty(),
+        discarded_tube=nothing,
+        discarded_near=nothing,
         outliers=batch.take(wild),
         model=served,
         change=change,
     )
 
 
-def _served(settings: Settings, vectors: Vectors, noise: Noise) -> Model:
+def radius_of(settings: Settings) -> float:
+    """Distance within which a sample joins a vector, JOINING_RADIUS mean distances of `capacity` vectors: over one
+    velocity [rad/s], over several in fastest velocities, where the vectors fill a cube from −1 to 1 of d dimensions."""
+    if settings.others:
+        return float(JOINING_RADIUS * 2.0 * settings.capacity ** (-1.0 / (1 + len(settings.others))))
+    low, high = settings.rate_range
+    return JOINING_RADIUS * (high - low) / settings.capacity
+
+
+def _wild(settings: Settings, noise: Noise, batch: Samples, residual: Array) -> Mask:
+    """(n,) the samples of a batch that are outliers by their residual [N m], where the curve has been trained."""
+    spread = noise.spread.at(batch.yaw_rate)  # where the noise is loud, far is farther
+    alone = np.abs(residual)
+    if not settings.others:
+        alone = np.minimum(alone, np.abs(residual - _beside(batch.yaw_rate, residual)))
+    return outliers(residual / spread) & (alone > MIN_OUTLIER_NOISES * noise.sigma * spread)
+
+
+def _served(settings: Settings, vectors: Vectors, fastest: Array, noise: Noise) -> Model:
     """The model on these vectors: Cᵢ = C nᵢ and εᵢ = max(ε, TUBE_DEVIATIONS σ/√nᵢ) with nᵢ samples of today's noise
     in each."""
-    points = vectors.points
     count = vectors.information * noise.variance
     tube = np.maximum(settings.epsilon, TUBE_DEVIATIONS / np.sqrt(vectors.information)) if noise.seen else None
-    solution = train(settings, points.yaw_rate, points.damping, C=settings.C * count, epsilon=tube)
-    return Model(
-        settings.gamma,
-        settings.C,
-        settings.epsilon,
-        support_rate=points.yaw_rate,
-        support_damping=points.damping,
-        weight=solution.weight,
-        count=count,
-        sigma=noise.sigma,
-        certified_error=solution.certified_error,
-    )
+    return model_of(settings, Problem(vectors.points, fastest, noise, count, tube, vectors.terms))
 
 
 def _beside(rate: Array, residual: Array) -> Array:

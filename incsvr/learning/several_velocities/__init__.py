@@ -1,1 +1,1 @@
-"""Damping over several velocities, d(ν): what Section V of the paper leaves for later."""
+"""What only damping over several velocities needs, d(ν): the paper leaves it for later (Section V)."""

@@ -1,6 +1,6 @@
 """The axis as if it were by itself: what the other velocities take of samples, or of streams, is told and taken out.
 
-Three things are asked of one axis at a time. Whether the torque made a motion (driven.py) is told by the work of
+Three things are asked of one axis at a time. Whether the torque made a motion (driven_motion.py) is told by the work of
 damping, and what sway makes of the yaw moment does work of either sign. What the checks of the streams know is one
 curve. And what the tracer fits beside its effects is one curve as well.
 """
@@ -15,16 +15,16 @@ from incsvr.errors import BadInput
 from incsvr.learning.iteration import Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies.noise import Noise
+from incsvr.learning.policies.training import fastest_of, independent
 from incsvr.learning.several_velocities.drag import Drag, fitted
-from incsvr.learning.several_velocities.training import fastest_of, independent
-from incsvr.learning.several_velocities.velocities import points
+from incsvr.learning.velocities import points
 from incsvr.numerics import Array, Streams
 from incsvr.signals import TORQUE, YAW_RATE, raw
 from incsvr.signals.samples import Samples
 
 
 def by_itself(settings: Settings, fastest: Array, known: Samples, batch: Samples, noise: Noise) -> Samples:
-    """A batch of n ≥ 1 samples without the terms of the drag that do not damp the own velocity.
+    """A batch of n ≥ 1 samples without the terms of the drag that do not damp the own velocity; as it is over one.
 
     The drag is told by the batch and what is known, so that the first batch is freed as well.
 
@@ -33,6 +33,8 @@ def by_itself(settings: Settings, fastest: Array, known: Samples, batch: Samples
         known: vectors that are learned.
         noise: of the samples so far.
     """
+    if not settings.others:
+        return batch
     together = Samples.concatenate((known, batch))
     whole = fastest_of(settings, fastest, batch)
     drag = Drag.of(settings.own, settings.others)

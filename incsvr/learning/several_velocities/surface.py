@@ -14,8 +14,8 @@ from incsvr.errors import BadInput
 from incsvr.learning.kernel import rbf_at_rest, rbf_at_rest_slope
 from incsvr.learning.prediction import NOISE_SHARE, SYSTEMATIC_NOISES, WATER_FACTOR, Prediction
 from incsvr.learning.several_velocities.drag import Drag
-from incsvr.learning.several_velocities.velocities import distances, points
 from incsvr.learning.support_set import SupportSet
+from incsvr.learning.velocities import distances, points
 from incsvr.numerics import Array, lapack
 from incsvr.signals.samples import Samples
 

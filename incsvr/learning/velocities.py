@@ -7,36 +7,17 @@ nearness serve for all, whatever their units.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-MIN_FASTEST = 1e-6
-"""Fastest value of a velocity that never moved [m/s] or [rad/s]: no scale is divided by zero."""
-FASTEST_QUANTILE = 0.98
-"""Quantile of a batch's |velocity| that counts as its fastest: one outlier must not be the scale."""
-
 
 def points(samples: Samples, others: Sequence[str]) -> Array:
     """(n, d) the own velocity and the others, in their units."""
     return np.column_stack((samples.yaw_rate, *(samples.channels[name] for name in others)))
-
-
-def fastest_seen(before: Array, velocity: Array, configured: Mapping[str, float], others: Sequence[str]) -> Array:
-    """(d − 1,) the fastest value of each other velocity: as configured, or the fastest that was driven so far.
-
-    Args:
-        before: (d − 1,) the same from before.
-        velocity: (n, d) of a batch, n ≥ 1.
-        configured: by name.
-        others: names of the d − 1 others.
-    """
-    driven = np.quantile(np.abs(velocity[:, 1:]), FASTEST_QUANTILE, axis=0)
-    grown = np.maximum(np.maximum(before, driven), MIN_FASTEST)
-    return np.array([configured.get(name, float(own)) for name, own in zip(others, grown, strict=True)])
 
 
 def samples_with(time: Array, velocity: Array, damping: Array, others: Sequence[str]) -> Samples:
