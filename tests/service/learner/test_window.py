@@ -103,6 +103,6 @@ def test_a_clock_that_begins_anew_empties_it() -> None:
         batches.push(name, time[: 2 * BELIEVED_STAMPS], value[: 2 * BELIEVED_STAMPS])
     assert batches.clock_restarts == 1
     assert batches.window_end() is None
-    with pytest.raises(BadInput, match="clock began anew"):
+    with pytest.raises(BadInput, match="clock restarted"):
         batches.restart(None, 1000.0, 0)
     assert max(t[-1] for t, _ in batches.recent().values()) < 1.0
