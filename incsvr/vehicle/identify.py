@@ -10,7 +10,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +30,8 @@ from incsvr.vehicle.structure import Pair, Structure, coupled_pairs
 from incsvr.vehicle.terms import PRODUCT, Term, couplings, extras, own_damping, restoring
 from incsvr.vehicle.validation import NO_ERRORS, Course, Errors, alone, longest_course
 
+STEPS = 4
+"""Steps of an identification beside one for each axis by itself: fit, leave out, add, predict unseen data."""
 MIN_WINDOWS_A_PARAMETER = 2.0
 """Windows of which there must be so many for each parameter: fewer can be fitted by anything."""
 
@@ -81,6 +83,7 @@ def identify(
     declared: Mapping[Pair, float] | None = None,
     name: str = "vehicle",
     validate: bool = True,
+    begins: Callable[[str], None] = lambda step: None,
 ) -> Identified:
     """The model of the vehicle that moved so.
 
@@ -90,6 +93,7 @@ def identify(
         declared: entries of M that are known [kg], [kg m], [kg m²], by the names of both axes.
         name: as people call the vehicle.
         validate: whether the errors of predictions are asked for; else they are those of nothing.
+        begins: callback that is given each step as it begins, `STEPS` of them and one for each axis.
 
     Raises:
         BadInput: nothing drives the vehicle, or the recordings are too short; with the cure.
@@ -113,19 +117,24 @@ def identify(
             f"the recordings hold {motion.seconds:.3g} s of motion; {structure.size} parameters of {len(axes)} axes "
             f"need at least {least:.3g} s: give more recordings"
         )
+    begins("fitting all axes together")
     fitted = _best(
         [fit(windows, each, *scales.start(each), scales.bounds(each)) for each in structures], windows, scales
     )
+    begins("leaving out what unseen parts do not need")
     fitted = reduced(windows, fitted, scales)
+    begins("adding what predicts unseen parts better")
     candidates: list[Candidate] = [*extras(axes, driven, motion.recorded), *driven]
     fitted = extended(windows, fitted, candidates, scales)
     vehicle = _vehicle(name, axes, driven, motion, fitted, scales, declared)
     if not validate:
         return Identified(vehicle, refusals, manoeuvres(vehicle), NO_ERRORS, {}, motion.seconds, motion.step, False)
     splits = [(windows, unseen)] if unseen is not None else parts_in_turns(motion)
+    begins("predicting unseen data")
     judgements = [judged(part, fitted, scales, test) for part, test in splits]
     by_itself = {}
     for axis in axes:
+        begins(f"predicting {axis} by itself")
         begin = _alone(fitted, axis, motion, scales)
         by_itself[axis] = together([judged(part, begin, scales, test) for part, test in splits])
     last = judgements[-1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
@@ -10,7 +11,9 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.vehicle import Identified, WholeMotion, identify, on_grid
+from incsvr.vehicle.identify import STEPS
 from service.cli.output import add_json_argument, emit, refuse_unwritable
+from service.cli.progress import progress
 from service.commands.arguments import add_report_argument
 from service.commands.identify_text import text
 from service.commands.other_velocities import MASS_MATRIX_HELP
@@ -57,7 +60,11 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def answer(args: argparse.Namespace) -> tuple[Identified, tuple[str, ...]]:
+Began = Callable[[str, int], None]
+"""Callback that is given each step as it begins, and the number of steps."""
+
+
+def answer(args: argparse.Namespace, began: Began = lambda step, count: None) -> tuple[Identified, tuple[str, ...]]:
     """The identified model, and the notes of the readers."""
     reading = Reading.of(args, read_config(args.config))
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
@@ -66,7 +73,14 @@ def answer(args: argparse.Namespace) -> tuple[Identified, tuple[str, ...]]:
     if test is not None:
         _refuse_other_axes(motion, test, unseen)
     notes = tuple(dict.fromkeys(note for run in (*runs, *unseen) for note in run.notes))
-    return identify(motion, test, declared(args.mass_matrix), args.name), notes
+    count = STEPS + len(motion.axes)
+    with progress("identifying", count) as advance:
+
+        def begins(step: str) -> None:
+            began(step, count)
+            advance()
+
+        return identify(motion, test, declared(args.mass_matrix), args.name, begins=begins), notes
 
 
 def declared(given: str | None) -> dict[tuple[str, str], float]:

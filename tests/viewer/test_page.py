@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 import subprocess
 import sys
 import time
@@ -16,22 +15,22 @@ from urllib.request import Request, urlopen
 
 import pytest
 
+from tests.viewer.browser import FLAGS, browser_or_skip
 from tests.viewer.conftest import PATIENCE, House, Run, learn_until, publish
-
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--disable-quic",
-)  # fmt: skip
 
 
 def drawn(url: str, folder: Path, *words: str) -> str:
     """The document after its script has run, in a browser."""
-    browser = next((found for name in BROWSERS if (found := shutil.which(name))), None)
-    if browser is None:
-        pytest.skip("no browser is installed (chromium)")
     # The page's own clock goes on for two seconds; the network's answers are waited for.
-    command = [browser, *FLAGS, f"--user-data-dir={folder}", "--virtual-time-budget=2000", *words, "--dump-dom", url]
+    command = [
+        browser_or_skip(),
+        *FLAGS,
+        f"--user-data-dir={folder}",
+        "--virtual-time-budget=2000",
+        *words,
+        "--dump-dom",
+        url,
+    ]
     return subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE).stdout
 
 

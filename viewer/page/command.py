@@ -11,6 +11,7 @@ from incsvr.errors import BadInput
 from service.bus.session import client_config, stop_event
 from service.config.sources import add_config_arguments, from_arguments
 from viewer.page.hosts import ours
+from viewer.page.identification import Identification
 from viewer.page.learner import Learner
 from viewer.page.recordings import Recordings
 from viewer.page.server import server
@@ -30,6 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--archive", type=Path, metavar="DIR", help="offer the recordings of `incsvr serve --archive DIR`"
     )
+    parser.add_argument(
+        "--identify",
+        action="store_true",
+        help="let whoever opens the page have a recording or a log identified, one at a time, behind everything else",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -38,8 +44,9 @@ def run(args: argparse.Namespace) -> int:
     where = config.bus.connect or config.bus.listen
     recordings = Recordings(args.archive)
     learner = Learner(client_config(config.bus), where, config.prefix, recordings, config.axis_asked)
+    identification = Identification() if args.identify else None
     try:
-        served = server(args.host, args.port, learner, recordings, ours(args.host, args.name))
+        served = server(args.host, args.port, learner, recordings, ours(args.host, args.name), identification)
     except (OSError, OverflowError) as error:
         raise BadInput(
             f"{args.host}:{args.port} cannot be served at ({error}); name another one with --host and --port"
@@ -52,5 +59,7 @@ def run(args: argparse.Namespace) -> int:
         pass
     served.shutdown()
     served.server_close()
+    if identification is not None:
+        identification.close()
     learner.close()
     return 0

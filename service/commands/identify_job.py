@@ -1,0 +1,102 @@
+"""The program of the process beside the page: it identifies the vehicle of one log.
+
+`python -m service.commands.identify_job FOLDER WORD…`, with the words of `incsvr identify`.
+
+It writes `progress.json`, and then `report.html`, `vehicle.yaml` and `result.json` into the folder. Exit status 0 done,
+2 the log cannot answer (one sentence on standard error). It stands back behind everything else on the machine, and is
+bounded in memory, processor time and the size of files. Standard input is a pipe that the page holds: when it closes,
+the page is gone, and so is this process.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from importlib import import_module
+from pathlib import Path
+
+from incsvr.errors import BadInput
+from service.wire.json_text import write_json
+
+MAX_MEMORY_BYTES = 2 * 1024**3
+"""Address space of the process: five minutes of six axes take a quarter of it."""
+MAX_PROCESSOR_S = 1800
+"""Processor time of the process [s]: fifty times as much as five minutes of six axes take."""
+MAX_FILE_BYTES = 64 * 1024**2
+"""Largest file that it writes: a report takes less than one."""
+NO_ANSWER = 2
+"""Exit status where the log cannot answer."""
+FIRST_TO_END = "1000"
+"""Of the processes of a machine that runs out of memory, Linux ends the one with this score first."""
+
+
+def main(folder: Path, words: Sequence[str]) -> int:
+    stand_back()
+    threading.Thread(target=_end_with_the_page, daemon=True).start()
+    try:
+        _identify(folder, words)
+    except BadInput as error:
+        print(error, file=sys.stderr)
+        return NO_ANSWER
+    except MemoryError:
+        print("this log needs more memory than an identification may take; cut it with incsvr convert", file=sys.stderr)
+        return NO_ANSWER
+    return 0
+
+
+def stand_back() -> None:
+    """Gives this process the lowest priority, and bounds what it takes, as far as the machine knows how."""
+    with suppress(OSError, AttributeError):
+        os.nice(19)
+    with suppress(OSError):
+        Path("/proc/self/oom_score_adj").write_text(FIRST_TO_END, encoding="ascii")
+    try:
+        resource = import_module("resource")
+    except ModuleNotFoundError:  # Windows
+        return
+    bounds = (("AS", MAX_MEMORY_BYTES), ("CPU", MAX_PROCESSOR_S), ("FSIZE", MAX_FILE_BYTES))
+    for name, bound in bounds:
+        with suppress(OSError, ValueError):  # a lower bound is in force already
+            resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (bound, bound))
+
+
+def _identify(folder: Path, words: Sequence[str]) -> None:
+    # Loaded within the bounds.
+    from service.cli.parser import Parser
+    from service.commands import identify
+    from service.commands.report_head import REPORT_WRITER, provenance
+    from service.config.vehicle_file import write_vehicle
+
+    done = 0
+
+    def tell(step: str, count: int) -> None:
+        nonlocal done
+        write_json(folder / "progress.tmp", {"step": step, "done": done, "count": count + 1})
+        (folder / "progress.tmp").replace(folder / "progress.json")
+        done += 1
+
+    parser = Parser(prog="incsvr identify")
+    identify.add_arguments(parser)
+    args = parser.parse_args(list(words))
+    found, notes = identify.answer(args, tell)
+    tell("writing the report", done)
+    shown = [Path(word).name if Path(word).parent != Path() else word for word in words]
+    import_module(REPORT_WRITER).write_vehicle(
+        found, folder / "report.html", notes, provenance(args, ["identify", *shown])
+    )
+    write_vehicle(folder / "vehicle.yaml", found.vehicle)
+    write_json(folder / "result.json", {**found.to_dict(), "notes": list(notes)})
+
+
+def _end_with_the_page() -> None:
+    # Not through sys.stdin: its lock, held here, would abort the interpreter at its end.
+    while os.read(0, 1):
+        pass
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1]), sys.argv[2:]))
