@@ -14,6 +14,9 @@ from service.learner.node import LearnerNode
 Listener = Callable[[Array, Array], bool]
 """Takes (n,) stamps [s] and values of a stream; True where a batch waits to be learned."""
 
+Watcher = Callable[[Array, Array], None]
+"""Takes (n,) stamps [s] and values of a stream, for health."""
+
 
 @dataclass(frozen=True, slots=True)
 class Measurements:
@@ -52,11 +55,15 @@ class Feed:
 
     Attributes:
         onward: by stream, who else in this process is told what of it may be learned from.
+        watched: by stream, who else is told all of it, as health is.
+        elsewhere: streams that are for others alone.
     """
 
     def __init__(self, node: LearnerNode, watch: HealthWatch, subscriptions: Sequence[Subscriptions]) -> None:
         self._node, self._watch, self._subscriptions = node, watch, subscriptions
         self.onward: defaultdict[str, list[Listener]] = defaultdict(list)
+        self.watched: defaultdict[str, list[Watcher]] = defaultdict(list)
+        self.elsewhere: set[str] = set()
         self._waiting: list[list[Measurements]] = [[] for _ in subscriptions]
 
     def drain(self) -> bool:
@@ -70,9 +77,13 @@ class Feed:
         for subscriptions, waiting in zip(self._subscriptions, self._waiting, strict=True):
             arrived = subscriptions.read()
             for each in arrived.measurements:
-                self._watch.add_values(each.name, each.t, each.value)
+                if each.name not in self.elsewhere:
+                    self._watch.add_values(each.name, each.t, each.value)
+                for watcher in self.watched.get(each.name, ()):
+                    watcher(each.t, each.value)
             for each in arrived.learnable:
-                waiting.append(each)
+                if each.name not in self.elsewhere:
+                    waiting.append(each)
                 for listener in self.onward.get(each.name, ()):
                     batch_waits |= listener(each.t, each.value)
         return batch_waits

@@ -124,7 +124,13 @@ def with_axes_of_file(values: Mapping[str, Any]) -> dict[str, Any]:
     }
     top = found.pop(first)
     also = [_differing(entry, top) for entry in found.values()]
-    return {**values, **top, "vehicle": {**top["vehicle"], "file": str(file)}, "also": [*also, *others]}
+    return {
+        **values,
+        **top,
+        "vehicle": {**top["vehicle"], "file": str(file)},
+        "also": [*also, *others],
+        **_inputs(values, first, vehicle.learned),
+    }
 
 
 def vehicle_file_of(values: Mapping[str, Any]) -> str | Path | None:
@@ -143,6 +149,19 @@ def _place_of_prefix(values: Mapping[str, Any]) -> tuple[str, str]:
     prefix = str(values.get("prefix", Config.model_fields["prefix"].default))
     above, slash, last = prefix.rpartition("/")
     return (f"{above}{slash}", last) if last in AXES else (f"{prefix}/", "")
+
+
+def _inputs(values: Mapping[str, Any], first: str, learned: tuple[str, ...]) -> dict[str, Any]:
+    """The section `inputs` with thrusters that make the efforts of all axes that no channel brings, if it has some
+    whose places are known."""
+    inputs = values.get("inputs")
+    thrusters = inputs.get("thrusters") if isinstance(inputs, Mapping) else None
+    each = thrusters.get("each") if isinstance(thrusters, Mapping) else None
+    if not isinstance(each, list | tuple) or not all(isinstance(one, Mapping) and one.get("position") for one in each):
+        return {}
+    channels = inputs.get("channels") or ()  # type: ignore[union-attr]
+    further = [axis for axis in learned if axis != first and AXES[axis].effort not in channels]
+    return {"inputs": merge(inputs, {"thrusters": {"axis": first, "also_along": further}})}  # type: ignore[arg-type]
 
 
 def _by_axis(

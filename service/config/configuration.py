@@ -147,12 +147,16 @@ class Config(Section):
         mine, its = self.vehicle, other.vehicle
         return mine.file is not None and (mine.file, mine.name) == (its.file, its.name)
 
+    def _led(self, other: Config) -> Config:
+        """Another learner, which hears through this one what comes in the forms of others, if this one leads it."""
+        return other.model_copy(update={"inputs": Inputs()}) if self.leads(other) else other
+
     def each(self) -> tuple[Config, ...]:
         """The configuration of every learner in this process: this one, then those of `also`."""
         base = self.model_dump(exclude={"also"})
         if self.vehicle.mass_matrix is not None or not self.vehicle.inertia_said:
             del base["vehicle"]["inertia"]  # it follows from the matrix, of each axis its own; or nobody said it
-        rest = tuple(validate(merge(base, entry), {}) for entry in self.also)
+        rest = tuple(self._led(validate(merge(base, entry), {})) for entry in self.also)
         if any(config.also for config in rest):
             raise BadInput("an entry of `also` has an `also` of its own; list all learners in the first one")
         prefixes = [self.prefix, *(config.prefix for config in rest)]

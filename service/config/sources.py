@@ -68,7 +68,10 @@ def read(
     for place in _places(variables):
         where[place] = "the variable INCSVR_" + "__".join(place).upper()
     values = merge(merge(values, variables), flags or {})
-    values = with_axes_of_file(merge(defaults(values), values))
+    found = defaults(values)
+    if vehicle_file_of(values) is not None:  # it knows the vehicle better than a preset does
+        found = {name: value for name, value in found.items() if name not in ("vehicle", "learner")}
+    values = with_axes_of_file(merge(found, values))
     where |= origin or {}
     if vehicle_file_of(values) is not None:  # what stands there now are the file's learners
         where = {place: source for place, source in where.items() if place[:1] != ("also",) or len(place) == 1}

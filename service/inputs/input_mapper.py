@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
 from service.inputs import ardusub_frames, bus_keys, owners, vehicles
 from service.inputs.arming import Arming
 from service.inputs.clock_of_rate import ClockOfRate
@@ -261,9 +262,11 @@ class InputMapper:
         if self._torque.movement.has_moved:
             self._arming.moved(self._resolved.armed)
         times, self.placed[TORQUE] = self._clock.times_of(TORQUE, binding.stamps(thrusters), arrival)
-        told = self._torque.newest_moment(thrusters, binding, times[0], self._latest) if len(times) == 1 else None
+        told = self._torque.newest_efforts(thrusters, binding, times[0], self._latest) if len(times) == 1 else None
         if told is not None:
-            yield MappedValues(TORQUE, [told[0]], [told[1]])
+            names = (TORQUE, *(AXES[axis].effort for axis in thrusters.also_along))
+            for name, effort in zip(names, told[1], strict=True):
+                yield MappedValues(name, [told[0]], [effort])
 
     def _remember(self, name: str, value: float) -> None:
         """The newest value of what commands are read with; that of a battery which is none is no voltage."""

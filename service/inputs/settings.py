@@ -150,6 +150,10 @@ class Thrusters(Section):
     )
     measured_voltage: Source | None = Field(default=None, description="source of the battery's voltage")
     axis: Axis = Field(default="yaw", description="axis along or about which they push; default: the learned one")
+    also_along: tuple[Axis, ...] = Field(
+        default=(),
+        description="further axes, whose efforts the same commands make: channels surge_force, roll_torque, …",
+    )
     scale: float = Field(default=1.0, description="further factor of the torque")
     stamp: str = Field(default="", description=STAMP_DESCRIPTION)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
@@ -159,6 +163,12 @@ class Thrusters(Section):
     def _check_topics(self) -> Self:
         if not self.topic and not all(each.topic for each in self.each):
             raise ValueError("give the topic of the commands, of all together or of each thruster")
+        return self
+
+    @model_validator(mode="after")
+    def _check_further_axes(self) -> Self:
+        if self.also_along and any(each.position is None for each in self.each):
+            raise ValueError("also_along needs the position [m] of each thruster and the direction in which it pushes")
         return self
 
     @property

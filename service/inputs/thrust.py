@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from service.inputs.settings import Thrusters
+from service.inputs.settings import Axis, Thrusters
 from service.inputs.units import FACTORS, KGF_N
 
 NEUTRAL_PULSE_US = 1500.0
@@ -76,14 +76,28 @@ def moment(
         speed: (n,) of the vehicle along its bow [m/s].
         angles: (n,) by which those that can be turned are, by their number [rad].
     """
+    return np.asarray(efforts(settings, (settings.axis,), commands, volts, speed, angles)[0])
+
+
+def efforts(
+    settings: Thrusters,
+    axes: Sequence[Axis],
+    commands: Sequence[Array],
+    volts: Array,
+    speed: Array,
+    angles: Mapping[int, Array],
+) -> Array:
+    """Moments of all thrusters about each of the axes, or forces along it, (axes, n) [N m], [N]; else as `moment`."""
     forward = [
         command if each.direction > 0 else _reversed_command(settings, command)
         for each, command in zip(settings.each, commands, strict=True)
     ]
-    straight = np.zeros(volts.size)
-    shares = [each.share(settings.axis, angles.get(k, straight)) for k, each in enumerate(settings.each)]
-    pushed = np.stack(shares) * thrust(settings, np.stack(forward), volts, speed)
-    return settings.scale * np.asarray(pushed.sum(axis=0))
+    straight, push = np.zeros(volts.size), thrust(settings, np.stack(forward), volts, speed)
+    totals = []
+    for axis in axes:
+        shares = [each.share(axis, angles.get(k, straight)) for k, each in enumerate(settings.each)]
+        totals.append((np.stack(shares) * push).sum(axis=0))
+    return settings.scale * np.stack(totals)
 
 
 def _reversed_command(settings: Thrusters, command: Array) -> Array:

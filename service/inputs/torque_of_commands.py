@@ -14,7 +14,7 @@ from service.inputs.moving_outputs import Movement, least_movement
 from service.inputs.outputs import output_numbers, without_pulse
 from service.inputs.settings import Thrusters
 from service.inputs.source_binding import SURGE, VOLTAGE, SourceBinding
-from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage, is_pulse, moment
+from service.inputs.thrust import T200_NOMINAL_V, efforts, is_battery_voltage, is_pulse
 
 GRACE_MESSAGES = 50
 """Messages until which the battery's voltage and the first pulse may come: a voltage is told every few seconds."""
@@ -34,7 +34,7 @@ class TorqueOfCommands:
     _messages: int = 0
     _commands: list[float] = field(default_factory=list)
     _pulsed: set[tuple[str, str]] = field(default_factory=set)
-    _waiting: tuple[float, float] | None = None
+    _waiting: tuple[float, list[float]] | None = None
 
     def take(self, settings: Thrusters, known: SourceBinding) -> bool:
         """Takes the commands of a message; False where one of them is missing in it."""
@@ -64,10 +64,11 @@ class TorqueOfCommands:
         places = zip(settings.topics, (each.field for each in settings.each), strict=True)
         return [k for k, place in enumerate(places) if place not in self._pulsed]
 
-    def newest_moment(
+    def newest_efforts(
         self, settings: Thrusters, known: SourceBinding, t: float, latest: Mapping[str, float]
-    ) -> tuple[float, float] | None:
-        """Stamp [s] and moment [N m], once every thruster has told its command and every angle is known.
+    ) -> tuple[float, list[float]] | None:
+        """Stamp [s] and efforts [N m], [N], once every thruster has told its command and every angle is known: of the
+        settings' axis, then of `also_along`.
 
         Where each has a key of its own, it waits for a later stamp: what bears the same belongs to the same moment.
 
@@ -87,8 +88,9 @@ class TorqueOfCommands:
         commands = [np.array([command]) for command in self._commands]
         angles = {k: np.array([latest[ANGLE_NAME.format(k)]]) for k in turned}
         with np.errstate(all="ignore"):  # what is no command makes no moment, and is refused as beyond the plausible
-            total = moment(settings, commands, np.array([volts]), np.array([latest.get(SURGE, 0.0)]), angles)
-        now = (t, float(total[0]))
+            axes, speed = (settings.axis, *settings.also_along), np.array([latest.get(SURGE, 0.0)])
+            totals = efforts(settings, axes, commands, np.array([volts]), speed, angles)
+        now = (t, totals[:, 0].tolist())
         if len(known.commands) < len(settings.each):
             before, self._waiting = self._waiting, now
             if before is None or before[0] >= t:

@@ -12,16 +12,12 @@ from __future__ import annotations
 import logging
 import time
 import uuid
-from collections.abc import Sequence
 from contextlib import ExitStack
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import zenoh
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
-from incsvr.signals import YAW_RATE
 from service import wire
 from service.bus.feed import Feed
 from service.bus.ingest import Ingest
@@ -73,6 +69,7 @@ class Host:
         self._archive = archive_of(config, self.node.boot, learners)
         self._publishers = Publishers(session, self.keys, self._archive)
         self.mapped = self._mapping(learners)
+        self.led_by: MappedIngest | None = None  # what hears for it in another learner of its vehicle file
         self._persist_then_publish = PersistThenPublish(
             config, self.node, self._store, self._history, self._publishers, self._live, self.mapped
         )
@@ -133,38 +130,6 @@ class Host:
         )
         return node, live
 
-    def send_velocity_to(self, others: Sequence[Host]) -> None:
-        """The velocity that this learner hears goes to those of the same vehicle whose samples wait for it."""
-        for other in others:
-            for name in other._config.hears(self._config):
-                if name in other._config.signal_settings().channels:
-                    self.feed.onward[YAW_RATE].append(partial(other._push, name))
-
-    def meet(self, others: Sequence[Host]) -> None:
-        """Health names the vehicle where learners of several of its axes are in this process."""
-        vehicle = self._config.vehicle.name
-        axes: dict[str, str] = {}
-        for other in others:
-            if other._config.vehicle.name == vehicle:
-                axes.setdefault(other._config.vehicle.axis, other.keys.prefix)
-        if len(axes) > 1:
-            self.watch.belongs_to(vehicle, axes)
-
-    def send_channels_to(self, others: Sequence[Host]) -> None:
-        """The channels that come to the first learner of a vehicle file go to the others that wait for them."""
-        for other in others:
-            if other is self or not self._config.leads(other._config):
-                continue
-            told = {name for each in others for name in other._config.hears(each._config)}
-            for name in other._config.signal_settings().channels:
-                if name not in told:
-                    self.feed.onward[name].append(partial(other._push, name))
-
-    def _push(self, name: str, t: Array, value: Array) -> bool:
-        """A stream from another learner of this process; True where a batch waits."""
-        self.watch.add_values(name, t, value)
-        return self.node.push(name, t, value)
-
     def tick(self) -> bool:
         """Publishes health when it is due or has changed, and says in the log what was rejected.
 
@@ -182,6 +147,7 @@ class Host:
     def _conditions(self) -> HealthConditions:
         """What the parts beside the streams have to say now; the model's own yaw rate goes out where it is due."""
         store, mapped, effects = self._store, self.mapped, self._effects_in_force
+        arming = mapped or self.led_by
         dated = (each.sentence_now() for each in self._certificates)
         notices = (
             *(sentence for sentence in dated if sentence is not None),
@@ -197,7 +163,7 @@ class Host:
         return HealthConditions(
             notices,
             unsaved=None if store is None else store.problem,
-            paused=self.node.current_warnings.paused or (None if mapped is None else mapped.why_not),
+            paused=self.node.current_warnings.paused or (None if arming is None else arming.why_not),
             effect_channels=() if effects is None else effects.compensation.reads(channels),
         )
 

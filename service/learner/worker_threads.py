@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Self
 
 from service.learner.host import Host
+from service.learner.shared_streams import share_streams
 
 log = logging.getLogger(__name__)
 
@@ -36,12 +37,7 @@ class WorkerThreads:
         self, hosts: Sequence[Host], stroke: Callable[[], None] = lambda: None, period: float | None = None
     ) -> None:
         self._hosts, self._stroke, self._period = hosts, stroke, period
-        for host in hosts:
-            host.meet(hosts)
-        for host in first_of_each_axis(hosts):
-            host.send_velocity_to(hosts)
-        if hosts:
-            hosts[0].send_channels_to(hosts)
+        share_streams(hosts)
         self._stop, self._batch = threading.Event(), threading.Event()
         self._threads = [
             threading.Thread(target=work, name=work.__name__.strip("_"), daemon=True)
@@ -121,12 +117,3 @@ class WorkerThreads:
                 work(host)
             except Exception:
                 log.exception("%s: a fault of this program", host.keys.prefix)
-
-
-def first_of_each_axis(hosts: Sequence[Host]) -> list[Host]:
-    """The first of several learners of the same axis of a vehicle: all receive the same."""
-    found: dict[tuple[str, str], Host] = {}
-    for host in hosts:
-        vehicle = host.node.config.vehicle
-        found.setdefault((vehicle.name, vehicle.axis), host)
-    return list(found.values())

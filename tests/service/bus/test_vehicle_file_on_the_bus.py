@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,9 +21,9 @@ from tests.service.conftest import Bench, StartBench
 BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(81)), (1.0, 0.4, 0.0, 0.0, 0.0, 0.5))
 
 
-def started(start: StartBench, folder: Path) -> Bench:
+def started(start: StartBench, folder: Path, **settings: Any) -> Bench:
     write_vehicle(folder / "boat.yaml", BOAT)
-    return start(vehicle__file=str(folder / "boat.yaml"), prefix="boat", health__stale_after=1000.0)
+    return start(vehicle__file=str(folder / "boat.yaml"), prefix="boat", health__stale_after=1000.0, **settings)
 
 
 def test_a_channel_that_comes_to_the_first_learner_reaches_the_others(start: StartBench, tmp_path: Path) -> None:
@@ -36,6 +38,52 @@ def test_a_channel_that_comes_to_the_first_learner_reaches_the_others(start: Sta
     }
     streams = surge.watch.report(surge.node).streams
     assert (streams["sway"].value, streams["sway"].received, streams["yaw_rate"].value) == (0.2, 2, 0.6)
+
+
+IMU = {"form": "json", "topic": "boat/imu", "stamp": "t"}
+MAPPED = {
+    "inputs__yaw_rate": {**IMU, "field": "gyro[2]", "unit": "deg/s"},
+    "inputs__channels": {"surge": {**IMU, "field": "v[0]"}, "sway": {**IMU, "field": "v[1]"}},
+    "inputs__armed": {"form": "json", "topic": "boat/armed", "field": "on"},
+    "inputs__thrusters": {
+        "topic": "boat/thrust",
+        "command": "N",
+        "stamp": "t",
+        "form": "json",
+        "each": [
+            {"field": "port", "position": [-0.5, -0.3, 0.0], "pushes": [1.0, 0.0, 0.0]},
+            {"field": "starboard", "position": [-0.5, 0.3, 0.0], "pushes": [1.0, 0.0, 0.0]},
+        ],
+    },
+}
+"""The boat as others speak: one message holds all velocities, another one the thrust of both thrusters [N]."""
+
+
+def test_one_message_of_a_mapping_reaches_all_axes(start: StartBench, tmp_path: Path) -> None:
+    bench = started(start, tmp_path, **MAPPED)
+    yaw, surge = bench.hosts
+    assert yaw.mapped is not None
+    assert surge.mapped is None  # one learner reads each message for all
+    assert yaw.node.config.inputs.thrusters is not None
+    assert yaw.node.config.inputs.thrusters.also_along == ("surge",)
+    bench.session.put("boat/armed", json.dumps({"on": 0}))
+    bench.session.put("boat/imu", json.dumps({"t": 1.0, "gyro": [0.0, 0.0, 90.0], "v": [0.5, 0.1]}))
+    bench.health_when(lambda health: health.streams["yaw_rate"].received == 1)
+    bench.session.put("boat/thrust", json.dumps({"t": 1.0, "port": 30.0, "starboard": 10.0}))
+    bench.health_when(lambda health: health.streams["torque"].received == 1)
+    first, second = (host.watch.report(host.node).streams for host in bench.hosts)
+    assert first["torque"].value == pytest.approx(0.3 * 30.0 - 0.3 * 10.0)
+    assert (first["surge"].value, "surge_force" in first) == (0.5, False)
+    assert (second["yaw_rate"].value, second["torque"].value, second["sway"].value) == (0.5, 40.0, 0.1)
+    assert second["body_yaw_rate"].value == pytest.approx(np.pi / 2.0)
+    assert not yaw.node.batches.readings["surge"].held
+    assert not surge.node.batches.readings["yaw_rate"].held  # nothing is learned from before it is armed
+    replace(bench, keys=surge.keys).health_when(lambda health: health.learning.state == "paused")
+    bench.session.put("boat/armed", json.dumps({"on": 1}))
+    for k in range(20):
+        bench.session.put("boat/imu", json.dumps({"t": 1.1 + 0.1 * k, "gyro": [0.0, 0.0, 9.0 * k], "v": [0.5, 0.1]}))
+    bench.health_when(lambda health: health.streams["yaw_rate"].received == 21)
+    assert surge.node.batches.readings["yaw_rate"].newest == pytest.approx(3.0)
 
 
 def test_status_shows_the_vehicle_and_the_axis_that_the_prefix_names(
