@@ -15,6 +15,7 @@ from itertools import chain
 import numpy as np
 
 from benchmarks.learner.policies import batches
+from benchmarks.paper.baselines import Data, LeastSquares
 from benchmarks.study import CORES, MEASURED, Record, begin, in_processes, options, publish
 from benchmarks.tables import grouped, page, share, table
 from incsvr.checks import Vehicle
@@ -24,7 +25,6 @@ from incsvr.forecasting.experience import HORIZON_ERRORS, NORMAL_95_DEVIATIONS, 
 from incsvr.forecasting.experience import HORIZONS_S as TRIED
 from incsvr.free_run.integrator import Damping, free_run, tabulated
 from incsvr.learning import checked_learner
-from incsvr.learning.baselines import Data, LeastSquares
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, root_mean_square
 from incsvr.signals import TORQUE, YAW_RATE

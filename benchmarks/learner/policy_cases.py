@@ -14,9 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.learner.policies import GAMMA, POLICIES, Policy, batches, scaled
 from benchmarks.learner.policy_scenarios import RATES, SCENARIOS
-from benchmarks.paper.baselines import LeastSquaresSVR, NeuralNetwork
-from benchmarks.study import Record
-from incsvr.learning.baselines import (
+from benchmarks.paper.baselines import (
     AdaptiveIdentifier,
     Baseline,
     Data,
@@ -24,6 +22,8 @@ from incsvr.learning.baselines import (
     RecursiveLeastSquares,
     TotalLeastSquares,
 )
+from benchmarks.paper.library_baselines import LeastSquaresSVR, NeuralNetwork
+from benchmarks.study import Record
 from incsvr.learning.dual import solve
 from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings, start, step

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 from sklearn.svm import SVR
 
-from benchmarks.paper.repetition import LEARNERS
-from incsvr.learning.baselines import (
+from benchmarks.paper.baselines import (
     AdaptiveIdentifier,
     Baseline,
     Data,
@@ -24,6 +23,7 @@ from incsvr.learning.baselines import (
     OfflineSVR,
     RecursiveLeastSquares,
 )
+from benchmarks.paper.repetition import LEARNERS
 from incsvr.learning.dual import coordinate_descent
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model

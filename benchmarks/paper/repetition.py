@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.paper.baselines import LeastSquaresSVR, NeuralNetwork
-from incsvr.learning.baselines import (
+from benchmarks.paper.baselines import (
     AdaptiveIdentifier,
     Baseline,
     Data,
@@ -21,6 +20,7 @@ from incsvr.learning.baselines import (
     RecursiveLeastSquares,
     TotalLeastSquares,
 )
+from benchmarks.paper.library_baselines import LeastSquaresSVR, NeuralNetwork
 from incsvr.learning.dual import solve
 from incsvr.learning.iteration import Iteration
 from incsvr.learning.kernel import rbf

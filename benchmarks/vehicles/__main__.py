@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from benchmarks.paper.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, RecursiveLeastSquares
 from benchmarks.study import MEASURED, Record, begin, in_processes, options, publish
 from benchmarks.vehicles.motion import Motion, Trivial
 from benchmarks.vehicles.peers import frols, process, sindy
@@ -25,7 +26,6 @@ from benchmarks.vehicles.splits import SPLITS, Split, skipped
 from benchmarks.vehicles.study_data import Material
 from incsvr.effects import Signals, Term
 from incsvr.errors import BadInput
-from incsvr.learning.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, RecursiveLeastSquares
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import VELOCITIES
 from incsvr.plant.mass_and_coriolis import products

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.paper.baselines import LeastSquaresSVR, NeuralNetwork
-from incsvr.learning.baselines import Baseline, Data
+from benchmarks.paper.baselines import Baseline, Data
+from benchmarks.paper.library_baselines import LeastSquaresSVR, NeuralNetwork
 from incsvr.learning.kernel import rbf
-from tests.incsvr.test_baselines import data, worst
+from tests.benchmarks.test_baselines import data, worst
 
 
 @pytest.mark.parametrize("baseline", [LeastSquaresSVR(), NeuralNetwork(decay=1e-4)])

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from incsvr.free_run.integrator import free_run, tabulated
-from incsvr.learning.baselines import (
+from benchmarks.paper.baselines import (
     GRID_C,
     GRID_EPSILON,
     GRID_GAMMA,
@@ -20,6 +19,7 @@ from incsvr.learning.baselines import (
     RecursiveLeastSquares,
     TotalLeastSquares,
 )
+from incsvr.free_run.integrator import free_run, tabulated
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
