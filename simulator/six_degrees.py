@@ -6,13 +6,15 @@ M ν̇_r + C(ν_r) ν_r + D(ν_r) ν_r + g(η) = τ, with ν_r the velocity thro
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Log = dict[str, tuple[Array, Array]]
+"""Times [s] and values of each stream by its name."""
 
 NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 RATES = ("surge", "sway", "heave", "roll_rate", "pitch_rate", "yaw_rate")
@@ -93,7 +95,7 @@ def swim(
     current: tuple[float, float] = (0.0, 0.0),
     sensors: Sensors | None = None,
     water: float = 0.02,
-) -> dict[str, tuple[Array, Array]]:
+) -> Log:
     """The log of a dive: streams of velocities over ground, efforts, roll, pitch and heading by name.
 
     Args:
@@ -102,31 +104,45 @@ def swim(
         sensors: noise; None for the usual.
         water: RMS of a slowly varying disturbance of each axis, in its largest effort.
     """
+    return swim_together([body], seconds, rng, current, sensors, water)[0]
+
+
+def swim_together(
+    bodies: Sequence[Body],
+    seconds: float,
+    rng: np.random.Generator,
+    current: tuple[float, float] = (0.0, 0.0),
+    sensors: Sensors | None = None,
+    water: float = 0.02,
+) -> list[Log]:
+    """The logs of dives of equal length, which cost little more than one; arguments as of `swim`."""
     sensors = Sensors() if sensors is None else sensors
     count = int(seconds / STEP_S)
-    moving = np.array([name in body.moves for name in NAMES])
-    effort = np.zeros((count, 6))
-    for name, largest in body.effort.items():
-        effort[:, NAMES.index(name)] = _commands(count, largest, body.hold_s, rng)
-    full = np.array([body.effort.get(name, 0.3 * max(body.effort.values())) for name in NAMES]) * moving
-    disturbance = _slow(count, rng) * water * full
-    block = body.mass[np.ix_(moving, moving)]
-    inverse = np.zeros((6, 6))
-    inverse[np.ix_(moving, moving)] = np.linalg.inv(block)
-    state, angles = np.zeros(6), np.zeros(3)
+    moving = np.array([[name in body.moves for name in NAMES] for body in bodies])
+    effort, push = np.zeros((count, len(bodies), 6)), np.zeros((count, len(bodies), 6))
+    for k, body in enumerate(bodies):
+        for name, largest in body.effort.items():
+            effort[:, k, NAMES.index(name)] = _commands(count, largest, body.hold_s, rng)
+        full = np.array([body.effort.get(name, 0.3 * max(body.effort.values())) for name in NAMES])
+        push[:, k] = effort[:, k] + _slow(count, rng) * water * full * moving[k]
+    each = _Bodies.of(bodies, moving)
+    state, angles = np.zeros((len(bodies), 6)), np.zeros((len(bodies), 3))
     rows = []
     for k in range(count):
-        drift = _rotation(angles).T @ np.array([*current, 0.0])
         if k % LOG_EVERY == 0:
             over_ground = state.copy()
-            over_ground[:3] += drift
-            rows.append(np.concatenate((over_ground, effort[k], angles)))
-        push = effort[k] + disturbance[k]
-        state, angles = _step(body, inverse, moving, state, angles, push)
-    table = np.array(rows)
-    time: Array = np.asarray(STEP_S * LOG_EVERY * np.arange(table.shape[0]), dtype=np.float64)
+            over_ground[:, :3] += _in_body(angles, np.array([*current, 0.0]))
+            rows.append(np.concatenate((over_ground, effort[k], angles), axis=1))
+        state, angles = _step(each, state, angles, push[k])
+    tables = np.stack(rows, axis=1)
     noise = np.where(np.arange(6) < 3, sensors.along, sensors.about)
-    table[:, :6] += noise * rng.standard_normal((table.shape[0], 6))
+    tables[..., :6] += noise * rng.standard_normal((*tables.shape[:2], 6))
+    return [_log(body, table, moves) for body, table, moves in zip(bodies, tables, moving, strict=True)]
+
+
+def _log(body: Body, table: Array, moving: NDArray[np.bool_]) -> Log:
+    """The streams of a table (n, 15) of velocities, efforts and angles."""
+    time: Array = np.asarray(STEP_S * LOG_EVERY * np.arange(table.shape[0]), dtype=np.float64)
     streams = {name: (time, table[:, k]) for k, name in enumerate(RATES) if moving[k]}
     streams |= {EFFORTS[NAMES.index(name)]: (time, table[:, 6 + NAMES.index(name)]) for name in body.effort}
     angle_names = ("roll", "pitch", "heading")
@@ -161,45 +177,75 @@ def _slow(count: int, rng: np.random.Generator) -> Array:
     return found
 
 
-def _step(
-    body: Body, inverse: Array, moving: NDArray[np.bool_], state: Array, angles: Array, push: Array
-) -> tuple[Array, Array]:
+@dataclass(frozen=True, slots=True)
+class _Bodies:
+    """Several bodies.
+
+    Attributes:
+        moving: (bodies, 6) whether an axis moves.
+        mass, inverse: (bodies, 6, 6) inertia of the axes that move, zero elsewhere, and its inverse there.
+        linear, quadratic: (bodies, 6) damping.
+        righting: (bodies,) [N m].
+    """
+
+    moving: NDArray[np.bool_]
+    mass: Array
+    inverse: Array
+    linear: Array
+    quadratic: Array
+    righting: Array
+
+    @staticmethod
+    def of(bodies: Sequence[Body], moving: NDArray[np.bool_]) -> _Bodies:
+        mass = np.stack([body.mass for body in bodies]) * moving[:, :, None] * moving[:, None, :]
+        inverse = np.linalg.inv(mass + np.eye(6) * ~moving[:, :, None]) * moving[:, :, None] * moving[:, None, :]
+        linear, quadratic = (np.stack([getattr(body, name) for body in bodies]) for name in ("linear", "quadratic"))
+        return _Bodies(moving, mass, inverse, linear, quadratic, np.array([body.righting for body in bodies]))
+
+
+def _step(bodies: _Bodies, state: Array, angles: Array, push: Array) -> tuple[Array, Array]:
     """One step of the midpoint rule."""
-    half = state + 0.5 * STEP_S * _rise(body, inverse, moving, state, angles, push)
+    half = state + 0.5 * STEP_S * _rise(bodies, state, angles, push)
     tilted = angles + 0.5 * STEP_S * _spin(angles, state)
-    state = state + STEP_S * _rise(body, inverse, moving, half, tilted, push)
+    state = state + STEP_S * _rise(bodies, half, tilted, push)
     return state, angles + STEP_S * _spin(tilted, half)
 
 
-def _rise(body: Body, inverse: Array, moving: NDArray[np.bool_], v: Array, angles: Array, push: Array) -> Array:
-    """ν̇_r."""
-    momentum = (body.mass * np.outer(moving, moving)) @ v
-    turning = np.concatenate(
-        (np.cross(v[3:], momentum[:3]), np.cross(v[:3], momentum[:3]) + np.cross(v[3:], momentum[3:]))
-    )
-    upright = np.zeros(6)
-    upright[3] = body.righting * np.cos(angles[1]) * np.sin(angles[0])
-    upright[4] = body.righting * np.sin(angles[1])
-    force = push - turning - body.linear * v - body.quadratic * np.abs(v) * v - upright
-    found: Array = inverse @ (force * moving)
+def _rise(bodies: _Bodies, v: Array, angles: Array, push: Array) -> Array:
+    """ν̇_r (bodies, 6)."""
+    momentum = np.einsum("bij,bj->bi", bodies.mass, v)
+    force = push - bodies.linear * v - bodies.quadratic * np.abs(v) * v
+    force[:, :3] -= _cross(v[:, 3:], momentum[:, :3])
+    force[:, 3:] -= _cross(v[:, :3], momentum[:, :3]) + _cross(v[:, 3:], momentum[:, 3:])
+    force[:, 3] -= bodies.righting * np.cos(angles[:, 1]) * np.sin(angles[:, 0])
+    force[:, 4] -= bodies.righting * np.sin(angles[:, 1])
+    found: Array = np.einsum("bij,bj->bi", bodies.inverse, force)
     return found
 
 
+def _cross(a: Array, b: Array) -> Array:
+    """a × b, (bodies, 3)."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+
+
 def _spin(angles: Array, v: Array) -> Array:
-    """Rates of roll, pitch and heading."""
-    roll, pitch = angles[0], np.clip(angles[1], -1.4, 1.4)
-    p, q, r = v[3:]
+    """Rates of roll, pitch and heading (bodies, 3)."""
+    roll, pitch = angles[:, 0], np.clip(angles[:, 1], -1.4, 1.4)
+    p, q, r = v[:, 3:].T
     swept = q * np.sin(roll) + r * np.cos(roll)
-    return np.array([p + swept * np.tan(pitch), q * np.cos(roll) - r * np.sin(roll), swept / np.cos(pitch)])
+    rates = [p + swept * np.tan(pitch), q * np.cos(roll) - r * np.sin(roll), swept / np.cos(pitch)]
+    return np.stack(rates, axis=1)
 
 
-def _rotation(angles: Array) -> Array:
-    """From the body to north, east, down."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(angles), np.sin(angles)
-    return np.array(
+def _in_body(angles: Array, vector: Array) -> Array:
+    """(bodies, 3) a vector of north, east and down along the axes of each body."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(angles).T, np.sin(angles).T
+    rotation = np.array(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
             [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
             [-sp, cp * sr, cp * cr],
         ]
     )
+    return np.einsum("ijb,i->bj", rotation, vector)
