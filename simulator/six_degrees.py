@@ -198,7 +198,8 @@ class _Bodies:
     @staticmethod
     def of(bodies: Sequence[Body], moving: NDArray[np.bool_]) -> _Bodies:
         mass = np.stack([body.mass for body in bodies]) * moving[:, :, None] * moving[:, None, :]
-        inverse = np.linalg.inv(mass + np.eye(6) * ~moving[:, :, None]) * moving[:, :, None] * moving[:, None, :]
+        inverse: Array = np.asarray(np.linalg.inv(mass + np.eye(6) * ~moving[:, :, None]), dtype=np.float64)
+        inverse = inverse * moving[:, :, None] * moving[:, None, :]
         linear, quadratic = (np.stack([getattr(body, name) for body in bodies]) for name in ("linear", "quadratic"))
         return _Bodies(moving, mass, inverse, linear, quadratic, np.array([body.righting for body in bodies]))
 
@@ -248,4 +249,5 @@ def _in_body(angles: Array, vector: Array) -> Array:
             [-sp, cp * sr, cp * cr],
         ]
     )
-    return np.einsum("ijb,i->bj", rotation, vector)
+    found: Array = np.einsum("ijb,i->bj", rotation, vector)
+    return found

@@ -57,7 +57,8 @@ def _at_rest(vehicle: Vehicle, effort: Array, step: float) -> WholeMotion:
     velocity = np.where(known, vehicle.fastest, 0.0) * np.ones((count, 1))
     velocity[0] = 0.0
     recorded = frozenset((*VELOCITIES, *EFFORTS, *ANGLES))
-    return WholeMotion(step, velocity, effort, np.zeros((count, 3)), np.array([0, count], dtype=np.intp), recorded)
+    still, start = np.zeros((count, 3)), np.array([0, count], dtype=np.intp)
+    return WholeMotion(step, velocity, effort, np.zeros_like(effort), still, start, recorded)
 
 
 def _attitude(velocity: Array, step: float) -> Array:

@@ -19,13 +19,22 @@ WINDOW_CELLS = int(CELLS_A_SCALE)
 minimum more often, and predict measured vehicles no better."""
 MAX_WINDOWS = 400
 """Windows that are fitted; of more, these are spread evenly: eight minutes of a small ROV have as many."""
+MAX_PITCH_RAD = 1.2
+"""Pitch up to which windows are fitted: towards a quarter turn roll is lost, and no linear model of a window holds."""
 PARTS = 4
 """Parts of the data that are predicted by the others where no other recording is given."""
 
 
 def spread_windows(motion: WholeMotion) -> Windows:
     """The windows of a motion that are fitted."""
-    return Windows(motion, _spread(motion.windows(WINDOW_CELLS)), WINDOW_CELLS)
+    return Windows(motion, _spread(_level(motion)), WINDOW_CELLS)
+
+
+def _level(motion: WholeMotion) -> NDArray[np.intp]:
+    """First cells of the windows in which the vehicle does not stand on its nose or tail."""
+    first = motion.windows(WINDOW_CELLS)
+    steep = np.abs(motion.angle[first[:, None] + np.arange(WINDOW_CELLS + 1), 1]).max(axis=1) > MAX_PITCH_RAD
+    return np.asarray(first[~steep], dtype=np.intp)
 
 
 def _spread(first: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -39,7 +48,7 @@ def parts_in_turns(motion: WholeMotion) -> list[tuple[Windows, WholeMotion]]:
     found = []
     for a, b in pairwise(edges):
         inside = motion.between(a, b)
-        first = motion.windows(WINDOW_CELLS)
+        first = _level(motion)
         rest = first[(first + WINDOW_CELLS < a) | (first >= b)]
         found.append((Windows(motion, _spread(rest), WINDOW_CELLS), inside))
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -94,9 +94,9 @@ class Vehicle:
         return decay(self.structure, self.parameters[None], np.asarray(inverse, dtype=np.float64)[None], self.fastest)
 
     def free_run(self, motion: WholeMotion) -> Array:
-        """ν (n, 6) over the motion's one run, from its first velocities and its efforts."""
-        first = np.zeros(1, dtype=np.intp)
-        course = simulate(self.structure, self.parameters[None], motion, first, motion.velocity.shape[0] - 1)
+        """ν (n, 6) over the motion's one run, from its first velocities and the mean efforts of its cells."""
+        first, held = np.zeros(1, dtype=np.intp), replace(motion, effort_rise=np.zeros_like(motion.effort_rise))
+        course = simulate(self.structure, self.parameters[None], held, first, motion.velocity.shape[0] - 1)
         return course[:, 0, 0]
 
     def to_dict(self) -> dict[str, Any]:

@@ -21,7 +21,9 @@ MIN_RUN_CELLS = 20
 HELD_SHARE = 0.3
 """Share of values that repeat the one before, from which an effort is a command that holds until the next message."""
 CELLS_A_SCALE = 12.0
-"""Cells in the shortest time over which a velocity stays correlated: each is driven by its mean effort."""
+"""Cells in the shortest time over which a velocity stays correlated: the effort is a line in each."""
+PARTS_A_CELL = 8
+"""Parts of a cell from whose means the line of its effort is taken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,8 @@ class WholeMotion:
         step: length of a cell [s].
         velocity: (n, 6) ν at the beginning of each cell [m/s], [rad/s]; zero where an axis is not recorded.
         effort: (n, 6) mean τ of each cell [N], [N m]; zero where nothing is recorded.
+        effort_rise: (n, 6) by how much the line that has τ's mean and first moment rises over each cell: a step within
+            a cell acts longer where it comes early, and without this inertias come out too small.
         angle: (n, 3) roll, pitch and heading at the beginning of each cell [rad]; zero where not recorded.
         start: (runs + 1,) first cell of each run, and n.
         recorded: names of the velocities, efforts and angles that every run has.
@@ -40,6 +44,7 @@ class WholeMotion:
     step: float
     velocity: Array
     effort: Array
+    effort_rise: Array
     angle: Array
     start: NDArray[np.intp]
     recorded: frozenset[str]
@@ -68,9 +73,12 @@ class WholeMotion:
         inner = self.start[(self.start > first) & (self.start < last)]
         start = np.concatenate(([first], inner, [last])) - first
         cells = slice(first, last)
-        return WholeMotion(
-            self.step, self.velocity[cells], self.effort[cells], self.angle[cells], start.astype(np.intp), self.recorded
-        )
+        velocity, effort, rise, angle = (getattr(self, name)[cells] for name in COLUMNS)
+        return WholeMotion(self.step, velocity, effort, rise, angle, start.astype(np.intp), self.recorded)
+
+
+COLUMNS = ("velocity", "effort", "effort_rise", "angle")
+"""The fields of a motion that have a row for each cell, in their order."""
 
 
 def on_grid(runs: Sequence[Streams], step: float | None = None) -> WholeMotion:
@@ -98,20 +106,18 @@ def on_grid(runs: Sequence[Streams], step: float | None = None) -> WholeMotion:
             f"no stretch without gaps lasts {MIN_RUN_CELLS * step:.3g} s; give recordings in which all velocities and "
             "efforts come together"
         )
-    velocity, effort, angle = (np.concatenate(column) for column in zip(*parts, strict=True))
+    velocity, effort, rise, angle = (np.concatenate(column) for column in zip(*parts, strict=True))
     start = np.concatenate(([0], np.cumsum([part[0].shape[0] for part in parts]))).astype(np.intp)
-    return WholeMotion(step, velocity, effort, angle, start, recorded)
+    return WholeMotion(step, velocity, effort, rise, angle, start, recorded)
 
 
 def joined(motions: Sequence[WholeMotion]) -> WholeMotion:
     """Motions on one grid, one after the other."""
-    velocity, effort, angle = (
-        np.concatenate([getattr(each, name) for each in motions]) for name in ("velocity", "effort", "angle")
-    )
+    velocity, effort, rise, angle = (np.concatenate([getattr(each, name) for each in motions]) for name in COLUMNS)
     lengths = [np.diff(each.start) for each in motions]
     start = np.concatenate(([0], np.cumsum(np.concatenate(lengths)))).astype(np.intp)
     recorded = frozenset.intersection(*(each.recorded for each in motions))
-    return WholeMotion(motions[0].step, velocity, effort, angle, start, recorded)
+    return WholeMotion(motions[0].step, velocity, effort, rise, angle, start, recorded)
 
 
 def period(stream: Stream) -> float:
@@ -169,15 +175,22 @@ def _correlation_time(stream: Stream) -> float:
     return float(grid[below[0]] - grid[0]) if below.size else float(grid[-1] - grid[0])
 
 
-def _cells(streams: Streams, step: float) -> tuple[Array, Array, Array] | None:
-    """Velocities, efforts and angles of one stretch; None where it is too short."""
+def _cells(streams: Streams, step: float) -> tuple[Array, Array, Array, Array] | None:
+    """Velocities, efforts, their rises and angles of one stretch; None where it is too short."""
     first = max(float(time[0]) for time, _ in streams.values())
     last = min(float(time[-1]) for time, _ in streams.values())
     count = int((last - first) / step + 1e-9)
     if count < MIN_RUN_CELLS:
         return None
     edges = np.asarray(first + step * np.arange(count + 1), dtype=np.float64)
-    velocity, effort, angle = np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, 3))
+    velocity, effort, rise, angle = (
+        np.zeros((count, 6)),
+        np.zeros((count, 6)),
+        np.zeros((count, 6)),
+        np.zeros((count, 3)),
+    )
+    parts = np.asarray(first + step / PARTS_A_CELL * np.arange(PARTS_A_CELL * count + 1), dtype=np.float64)
+    middle = (np.arange(PARTS_A_CELL) + 0.5) / PARTS_A_CELL - 0.5
     for k, name in enumerate(VELOCITIES):
         if name in streams:
             # As it was there: a mean over a cell would show a step of the effort before it came, and so less inertia.
@@ -185,9 +198,11 @@ def _cells(streams: Streams, step: float) -> tuple[Array, Array, Array] | None:
     for k, name in enumerate(EFFORTS):
         if name in streams:
             time, values = streams[name]
-            effort[:, k] = cell_means(time, values, edges, is_held(values))
+            means = cell_means(time, values, parts, is_held(values)).reshape(count, PARTS_A_CELL)
+            effort[:, k] = means.mean(axis=1)
+            rise[:, k] = means @ middle / np.sum(middle**2)
     for k, name in enumerate(ANGLES):
         if name in streams:
             time, values = streams[name]
             angle[:, k] = np.interp(edges[:-1], time, np.unwrap(values))
-    return velocity, effort, angle
+    return velocity, effort, rise, angle

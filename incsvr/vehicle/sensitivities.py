@@ -107,7 +107,7 @@ class _Tangent:
         along = (rates[1 : 1 + states] - rates[:1]) / self.step[:, None, None]
         rise = along.transpose(2, 1, 0) @ slope
         velocity, angle = given.at(share, state)
-        product = self.forces.products(velocity, given.effort[:1], angle)[0]
+        product = self.forces.products(velocity, given.effort_at(share)[:1], angle)[0]
         of_mass = self.of_mass @ np.concatenate((product, rates[0, :axes]))
         rise[:, :axes, :masses] += of_mass.reshape(masses, axes, state.shape[2]).transpose(2, 1, 0)
         rise[:, :axes, masses : masses + terms] += product[self.forces.term].T[:, None] * self.of_term

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array
+from incsvr.plant.axes import AXES
 from incsvr.vehicle.forces import Forces
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.structure import Structure
@@ -128,7 +129,8 @@ class Cell:
         forces: of the models.
         rows, columns: places in ν of the velocities that are simulated, and of the others.
         now, following: (columns, windows) the others' measured velocities at both ends of the cell.
-        effort: (models or 1, 6, windows).
+        effort: (models or 1, 6, windows) means over the cell.
+        rise: (6, windows) by how much the efforts rise over the cell.
         angle: (2, windows) measured roll and pitch, which hold where they are not simulated.
         turning: whether they are simulated.
     """
@@ -139,6 +141,7 @@ class Cell:
     now: Array
     following: Array
     effort: Array
+    rise: Array
     angle: Array
     turning: bool
 
@@ -148,8 +151,10 @@ class Cell:
         following = np.minimum(cells + 1, motion.velocity.shape[0] - 1)
         columns = [k for k in range(6) if k not in structure.rows]
         now, then = (motion.velocity[place][:, columns].T for place in (cells, following))
-        effort = efforts[:, cells].swapaxes(1, 2)
-        return Cell(forces, structure.rows, columns, now, then, effort, motion.angle[cells, :2].T, turns(structure))
+        effort, rise = efforts[:, cells].swapaxes(1, 2), motion.effort_rise[cells].T.copy()
+        rise[[list(AXES).index(name) for name in structure.lags]] = 0.0  # a lag makes them smooth
+        angle = motion.angle[cells, :2].T
+        return Cell(forces, structure.rows, columns, now, then, effort, rise, angle, turns(structure))
 
     def at(self, share: float, state: Array) -> tuple[Array, Array]:
         """ν (models, 6, windows) and roll and pitch (models or 1, 2, windows) of states (models, states, windows) at a
@@ -166,8 +171,12 @@ class Cell:
     def rate(self, share: float, state: Array) -> Array:
         """The rates of states (models, states, windows) at a part of the cell."""
         velocity, angle = self.at(share, state)
-        rise = self.forces.acceleration(velocity, self.effort, angle)
-        return np.concatenate((rise, _turning(angle, velocity)), axis=1) if self.turning else rise
+        found = self.forces.acceleration(velocity, self.effort_at(share), angle)
+        return np.concatenate((found, _turning(angle, velocity)), axis=1) if self.turning else found
+
+    def effort_at(self, share: float) -> Array:
+        """τ (models or 1, 6, windows) at a part of the cell."""
+        return self.effort + (share - 0.5) * self.rise
 
     def rates(self, share: float, state: tuple[Array, ...]) -> tuple[Array, ...]:
         """`rate` of a state that stands alone."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -123,7 +124,7 @@ def test_a_motion_without_damping_keeps_its_energy() -> None:
     motion = on_grid([log])
     names = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     structure = Structure(names, (), (), (), body.mass)
-    still = type(motion)(motion.step, motion.velocity, 0.0 * motion.effort, motion.angle, motion.start, motion.recorded)
+    still = replace(motion, effort=0.0 * motion.effort, effort_rise=0.0 * motion.effort)
     course = simulate(structure, np.empty((1, 0)), still, np.array([30]), 20)[:, 0, 0]
     energy = 0.5 * np.einsum("ki,ij,kj->k", course, body.mass, course)
     assert energy == pytest.approx(energy[0], rel=1e-3)
