@@ -13,6 +13,6 @@ find "$packages" -type d \( -name tests -o -name __pycache__ \) -prune -exec rm 
 rm -rf "$packages"/pip "$packages"/pip-* "$packages"/setuptools* "$packages"/pkg_resources "$packages"/_distutils_hack
 rm -f "$packages"/distutils-precedence.pth "$target"/bin/pip*
 for command in serve page status; do "$target/bin/incsvr" "$command" --help >/dev/null; done
-"$target/bin/python" -c 'import service.live.effects, service.learner.host, service.inputs.input_mapper, service.bus.mapped_ingest, mcap.writer'
+"$target/bin/python" -c 'import service.config.traced_effects, service.host.host, service.inputs.input_mapper, service.bus.mapped_ingest, mcap.writer'
 # What a forecast and the tracer load when they are asked.
 "$target/bin/python" -c 'import scipy.linalg, scipy.special'

@@ -11,8 +11,8 @@ from typing import Any
 
 import zenoh
 
-from service.bus.zenoh_file import endpoints, tls_section
 from service.security.certificate_validity import dates, not_yet_valid, now, validities
+from service.security.zenoh_file import endpoints, tls_section
 
 STEP_TIMEOUT_S = 2.0
 """The time that the other side may take for each step [s]."""

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from incsvr.errors import BadInput
-from service.bus.zenoh_file import endpoints, tls_section
+from service.security.zenoh_file import endpoints, tls_section
 from service.wire.form import FormType, decode
 from service.wire.json_text import json_text
 
@@ -40,7 +40,7 @@ _COMMON_SETTINGS: dict[str, Any] = {
 _RELAY_SETTINGS: dict[str, Any] = {
     # Whoever asks and does not read is cut off after this time [µs]: Zenoh holds its tables while a message waits for
     # room, so that for all others the bus stands still so long. Sixteen batches of 64 kB are more than one answer
-    # (`service.learner.answers`), so that a slow link that reads on is never cut off.
+    # (`service.host.answers`), so that a slow link that reads on is never cut off.
     "tx": {
         "lease": 2000,
         "queue": {"size": {"data": 16}, "congestion_control": {"block": {"wait_before_close": 500_000}}},

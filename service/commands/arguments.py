@@ -6,14 +6,8 @@ import argparse
 from pathlib import Path
 
 from service.cli.output import add_json_argument, report_destination
-from service.config.sources import add_config_arguments
+from service.config.sources import add_client_arguments
 from service.logs.dives import DIVE_RULE
-
-
-def add_client_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0, whom: str = "") -> None:
-    """Adds `--wait` and where a learner is met; `whom` is who is waited for, in the words of the help."""
-    parser.add_argument("--wait", type=float, default=wait_s, help=f"how long to try{whom} [s] (default {wait_s:g})")
-    add_config_arguments(parser)
 
 
 def add_question_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0) -> None:

@@ -12,8 +12,8 @@ from service.cli.output import add_json_argument, emit
 from service.config.config_writer import commented_yaml
 from service.config.configuration import check_inertia
 from service.config.sources import add_config_arguments, from_arguments, read
+from service.config.traced_effects import configured_effects
 from service.inputs.input_mapper import InputMapper
-from service.live.effects import configured_effects
 from service.recordings.validation import read_validation
 
 

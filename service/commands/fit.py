@@ -17,7 +17,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit, refuse_unwritable
-from service.commands import config_output, declared_inertia, other_velocities
+from service.commands import config_output, other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
 from service.commands.declaration import add_sign_argument, judge_declaration
 from service.commands.fit_result import Fit
@@ -26,7 +26,8 @@ from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.sources import sections
-from service.live.effects import TracedEffects, configured_effects, read_effects
+from service.config.traced_effects import TracedEffects, configured_effects, read_effects
+from service.recordings import declared_inertia
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import signals_for, with_smoothing

@@ -23,7 +23,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import decoupled_streams
 from incsvr.signals.samples import Samples
-from service.live.effects import TracedEffects
+from service.config.traced_effects import TracedEffects
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, samples_of, wanted_streams
 

@@ -32,7 +32,7 @@ from service.commands.fit_alternatives import proposal
 from service.commands.fit_attempt import Terms
 from service.commands.fit_refusals import of_a_command, refuse_unlearned, refuse_wrong, too_few
 from service.commands.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
-from service.live.effects import TracedEffects
+from service.config.traced_effects import TracedEffects
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import Errors, remarks
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from incsvr.free_run.output_error import InertiaEstimate
 from incsvr.plant.words import words_of
-from service.commands import declared_inertia
 from service.commands.fit_result import Fit
+from service.recordings import declared_inertia
 
 
 def text(fit: Fit, estimate: InertiaEstimate | None) -> str:

@@ -18,9 +18,8 @@ from service.bus.arrivals import Arrivals
 from service.bus.mapped_ingest import mapping
 from service.bus.session import client_config_at, from_file, listener_config_at, open_session
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
-from service.commands.arguments import add_client_arguments
 from service.config.configuration import Config
-from service.config.sources import from_arguments
+from service.config.sources import add_client_arguments, from_arguments
 from service.inputs import message_interval_request
 from service.inputs.input_mapper import InputMapper
 from service.inputs.owners import AUTOPILOT, mavlink

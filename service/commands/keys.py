@@ -20,10 +20,10 @@ from incsvr.errors import BadInput
 from service.bus.session import client_settings, listener_settings
 from service.cli.output import add_json_argument, emit
 from service.config.core_yaml import quote
-from service.config.section import Prefix
 from service.security.authority import VALIDITY_SPAN, Pair, authority, load, sign
 from service.security.roles import CLIENTS, LEARNER, ROLES, ROUTER, SHORE_ROLES, access_control, shared_access
 from service.wire.json_text import json_text
+from service.wire.section import Prefix
 
 ENDPOINT = "tls/127.0.0.1:7447"
 LOOPBACK = ("127.0.0.1", "::1", "localhost")

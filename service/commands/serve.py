@@ -23,9 +23,9 @@ from service.bus.session import (
 from service.config.configuration import Config, check_inertia
 from service.config.sources import add_config_arguments, from_arguments
 from service.health import systemd
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from service.learner.duplicate_learner import take_prefix
-from service.learner.host import Host
-from service.learner.worker_threads import WorkerThreads
 from service.wire import Keys
 from service.wire.json_text import json_text
 

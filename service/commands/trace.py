@@ -19,7 +19,7 @@ from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import headline
 from service.cli.output import add_json_argument, destination, emit
 from service.cli.progress import progress
-from service.commands import declared_inertia, other_velocities
+from service.commands import other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
 from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, judge_declaration
 from service.commands.other_velocities import OtherVelocities
@@ -29,6 +29,7 @@ from service.commands.trace_sensors import examine_sensors, sensor_notes, with_h
 from service.commands.trace_text import text
 from service.config.configuration import Config
 from service.config.sources import read as read_config
+from service.recordings import declared_inertia
 from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording

@@ -19,12 +19,12 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.signals import SignalSettings
 from service.config.core_yaml import quote
-from service.config.section import Name, Prefix, Section
 from service.config.sections import Archive, Bus, HealthLimits, Learner, Signals, Simulation, Tracing
 from service.config.vehicle import Vehicle
 from service.inputs.settings import Inputs
 from service.wire import Keys
 from service.wire.json_text import json_text
+from service.wire.section import Name, Prefix, Section
 
 
 class Config(Section):

@@ -10,8 +10,8 @@ from pydantic import Field, field_validator, model_validator
 from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.settings import TorqueKind
-from service.bus.endpoint import listens_everywhere
-from service.config.section import Endpoint, Name, Positive, Seconds, Section
+from service.security.endpoint import listens_everywhere
+from service.wire.section import Endpoint, Name, Positive, Seconds, Section
 
 
 class Bus(Section):

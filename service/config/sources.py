@@ -31,6 +31,12 @@ def add_config_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_client_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0, whom: str = "") -> None:
+    """Adds `--wait` and where a learner is met; `whom` is who is waited for, in the words of the help."""
+    parser.add_argument("--wait", type=float, default=wait_s, help=f"how long to try{whom} [s] (default {wait_s:g})")
+    add_config_arguments(parser)
+
+
 def from_arguments(args: argparse.Namespace) -> Config:
     """The configuration in force, given the flags of `add_config_arguments`."""
     flags: dict[str, Any] = {}

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, model_validator
 from incsvr.plant.attitude import Restoring
 from incsvr.plant.axes import AXES
 from incsvr.plant.mass_and_coriolis import mass_matrix
-from service.config.section import MassMatrix, Metres, Name, Section
+from service.wire.section import MassMatrix, Metres, Name, Section
 
 
 class Vehicle(Section):

@@ -11,9 +11,8 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from service.bus.client import NoAnswer, bus_client
 from service.cli.output import refuse_unwritable, writing
-from service.commands.arguments import add_client_arguments
 from service.config.configuration import Config
-from service.config.sources import from_arguments
+from service.config.sources import add_client_arguments, from_arguments
 from service.config.vehicle_file import read_vehicle
 from service.export import python_vehicle_simulator, simulators, vehicle_simulators
 from service.export.damping_model import DampingModel, of_file, of_snapshot

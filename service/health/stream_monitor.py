@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.numerics import Array
 from incsvr.signals.streams import JUMP_S, MAX_STAMP_S, Reading
 from service import wire
-from service.bus.sequence import Sequence
+from service.health.sequence import Sequence
 
 
 @dataclass(slots=True)

@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from incsvr.numerics import Array
-from service.config.section import Name, Section, shaped
 from service.inputs.units import FACTORS, unit
+from service.wire.section import Name, Section, shaped
 
 Sign = Literal[1, -1]
 StampUnit = Literal["s", "ms", "us", "ns"]

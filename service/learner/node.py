@@ -25,6 +25,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
+from service.config.traced_effects import TracedEffects
 from service.learner.batches import Batches
 from service.learner.damping_query import DampingQuery
 from service.learner.prepared_iteration import (
@@ -40,7 +41,6 @@ from service.learner.published import ServedModel, damping_reply, snapshot, text
 from service.learner.recent_batches import RecentBatches
 from service.learner.stand_in import StandIn
 from service.learner.window import Window
-from service.live.effects import TracedEffects
 from service.state.restored import restore
 
 

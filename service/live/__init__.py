@@ -1,1 +1,1 @@
-"""Live tracing: the process beside the learner, the ledger, effects in force."""
+"""Live tracing: the process beside the learner, its states, and the ledger of what it found."""

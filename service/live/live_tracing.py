@@ -14,9 +14,9 @@ from typing import Any
 from incsvr.compensation.promotion import Comparison
 from incsvr.errors import BadInput
 from service.config.configuration import Config
+from service.config.traced_effects import OperatorVerb, TracedEffects, effects_from_trace
 from service.learner.node import LearnerNode
 from service.live import ledger, worker
-from service.live.effects import OperatorVerb, TracedEffects, effects_from_trace
 from service.live.proof_decision import decide_proof
 from service.live.trace_content import TraceContent
 from service.live.tracing_process import TracingProcess, WorkerDied

@@ -8,10 +8,10 @@ from dataclasses import replace
 from incsvr.errors import BadInput
 from incsvr.plant.words import words_of
 from service.cli.progress import progress
-from service.commands.declared_inertia import inertia
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.logs.picture import LogPicture
+from service.recordings.declared_inertia import inertia
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for

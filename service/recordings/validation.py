@@ -15,7 +15,7 @@ from incsvr.plant.axes import AXES, BODY_YAW_RATE, YAW
 from incsvr.signals import REQUIRED, synchronise
 from incsvr.signals.samples import Samples
 from service.config.configuration import Config
-from service.live.effects import TracedEffects
+from service.config.traced_effects import TracedEffects
 
 
 def read_validation(path: Path, config: Config, effects: TracedEffects | None = None) -> Samples:

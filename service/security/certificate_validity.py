@@ -18,7 +18,7 @@ from typing import Any
 
 import zenoh
 
-from service.bus.zenoh_file import tls_section
+from service.security.zenoh_file import tls_section
 
 WARNING_SPAN = timedelta(days=30)
 """The time before its end in which a certificate is said to end: a month leaves time for a visit to the vehicle."""

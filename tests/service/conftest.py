@@ -19,8 +19,8 @@ from service import wire
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
 from service.config.sources import read
-from service.learner.host import Host
-from service.learner.worker_threads import WorkerThreads
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from service.recordings.recording import Recording
 from simulator import leng
 from simulator.messages import Messages, messages

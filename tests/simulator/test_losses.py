@@ -13,8 +13,8 @@ import pytest
 from service.bus import ingest
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
-from service.learner.host import Host
-from service.learner.worker_threads import WorkerThreads
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from service.recordings.recording_csv import write
 from service.wire import Health, Keys
 from simulator import leng

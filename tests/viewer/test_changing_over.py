@@ -14,8 +14,8 @@ from rerun.chunk import RrdReader
 from incsvr.effects import Term
 from incsvr.tracing.model import TracedModel
 from service.bus.session import listener_config_at, open_session
+from service.config.traced_effects import effects_from_trace
 from service.learner.node import LearnerNode
-from service.live.effects import effects_from_trace
 from service.wire import IterationReport, encode
 from simulator import leng
 from tests.hidden import recording, write_trace

@@ -20,8 +20,8 @@ from service import wire
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
 from service.commands.status import text
-from service.learner.host import Host
-from service.learner.worker_threads import WorkerThreads
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from service.recordings.recording import Recording, of_axis
 from service.recordings.recording_csv import write
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured

@@ -15,8 +15,8 @@ from service import wire
 from service.bus.session import free_endpoint, from_file, open_session
 from service.cli.command_line import main
 from service.commands.keys import Place, make
-from service.learner.host import Host
-from service.learner.worker_threads import WorkerThreads
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from tests.service.conftest import PATIENCE, configured, teach
 
 FIRST, SECOND = wire.Keys("crab/yaw"), wire.Keys("eel/yaw")

@@ -12,8 +12,8 @@ import pytest
 from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.config.sources import read as read_config
+from service.config.traced_effects import configured_effects
 from service.learner.node import LearnerNode
-from service.live.effects import configured_effects
 from service.recordings.recording_csv import write
 from tests.hidden import recording, with_channels, write_trace
 

@@ -19,8 +19,8 @@ from typing import Any
 import pytest
 
 from service.bus.session import free_endpoint, listener_config_at, open_session
-from service.learner.host import Host
-from service.learner.worker_threads import WorkerThreads
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from tests.conftest import ROOT
 from tests.service.conftest import PATIENCE, configured
 

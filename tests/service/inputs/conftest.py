@@ -16,8 +16,8 @@ from service.bus import mapped_ingest
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
 from service.config.sources import read
-from service.learner.host import Host
-from service.learner.worker_threads import WorkerThreads
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from service.wire import Health
 from tests.service.conftest import PATIENCE, Bench
 

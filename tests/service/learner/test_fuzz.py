@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from service import wire
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
-from service.learner.host import Host
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from service.learner.node import LearnerNode
-from service.learner.worker_threads import WorkerThreads
 from simulator import leng
 from tests.service.conftest import PATIENCE, Bench, configured, teach
 

@@ -20,9 +20,9 @@ from incsvr.numerics import Array
 from service import wire
 from service.cli.command_line import main
 from service.config.configuration import Config
+from service.config.traced_effects import configured_effects
 from service.learner.estimates import estimate, forecast_reply
 from service.learner.node import LearnerNode
-from service.live.effects import configured_effects
 from service.recordings.recording import Recording
 from simulator import leng, planar
 from tests.hidden import recording as hidden

@@ -19,16 +19,16 @@ import pytest
 from incsvr.errors import BadInput
 from service import wire
 from service.bus.session import free_endpoint
+from service.config.traced_effects import configured_effects as effects_of
 from service.learner.node import LearnerNode
-from service.live.effects import configured_effects as effects_of
 from service.recordings.recording import Recording
 from simulator import player
 from simulator.messages import messages
 from simulator.trial import Trial, play
 from tests.hidden import recording, write_trace
 from tests.service.commands.test_processes import KEYS, client, serving
+from tests.service.config.test_traced_effects import ledger, part
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
-from tests.service.live.test_effects import ledger, part
 
 LAGGING = Trial(1, ("torque_lag",), duration=700.0)
 INERTIA = play(replace(LAGGING, duration=1.0)).inertia

@@ -24,8 +24,8 @@ from simulator.player import play
 from simulator.trial import play as play_trial
 from tests.hidden import recording, write_trace
 from tests.service.commands.test_processes import KEYS, client, following, serving
+from tests.service.config.test_traced_effects import part
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
-from tests.service.live.test_effects import part
 from tests.service.live.test_live_tracing import LAGGING, LIVE, Ledgers, named, until
 
 ADVISE: dict[str, Any] = {"tracing__live": "advise", "tracing__window": 240.0, "tracing__proof": 90.0}

@@ -18,8 +18,8 @@ from cryptography.hazmat.primitives import hashes, serialization
 from service import wire
 from service.bus.session import free_endpoint, from_file, open_session
 from service.cli.command_line import main
-from service.learner.host import Host
-from service.learner.worker_threads import WorkerThreads
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from service.security.authority import load
 from tests.service.conftest import PATIENCE, configured, teach
 

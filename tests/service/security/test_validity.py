@@ -17,12 +17,12 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.bus_check import check_bus
 from service.bus.session import BusRefusal, certificates, client_config_at, free_endpoint, from_file, open_session
-from service.bus.zenoh_file import endpoints
 from service.cli.command_line import main
 from service.config.sections import Bus
-from service.learner.host import Host
-from service.learner.worker_threads import WorkerThreads
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from service.security.certificate_validity import WARNING_SPAN, Validity, dates
+from service.security.zenoh_file import endpoints
 from tests.service.conftest import configured
 from tests.service.security.secured import redated, until_settled
 

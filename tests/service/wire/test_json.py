@@ -24,7 +24,7 @@ NO_NUMBERS = (math.nan, math.inf, -math.inf)
 LATEST = ("table1", "bench")
 OTHERWISE = {
     "service/wire/json_text.py": "the place itself",
-    "service/live/effects.py": "a checksum of effects, not written as JSON",
+    "service/config/traced_effects.py": "a checksum of effects, not written as JSON",
     "service/inputs/forms/json5.py": "a token of JSON5 as JSON spells it",
     "service/state/restored.py": "refuses a memory that holds what is no number",
 }

@@ -11,8 +11,8 @@ import pytest
 from service import wire
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
-from service.learner.host import Host
-from service.learner.worker_threads import WorkerThreads
+from service.host.host import Host
+from service.host.worker_threads import WorkerThreads
 from service.state.store import Store
 from simulator import leng
 from tests.service.conftest import PATIENCE, Bench, configured, teach

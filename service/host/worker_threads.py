@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Self
 
-from service.learner.host import Host
+from service.host.host import Host
 from service.learner.shared_streams import share_streams
 
 log = logging.getLogger(__name__)

@@ -9,11 +9,11 @@ from incsvr.errors import BadInput
 from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
+from service.config.traced_effects import OperatorVerb, TracedEffects
+from service.host.persist_then_publish import PersistThenPublish
 from service.learner.node import LearnerNode
-from service.live.effects import OperatorVerb, TracedEffects
 from service.live.ledger import findings
 from service.recordings.validation import read_validation
-from service.state.persist_then_publish import PersistThenPublish
 
 if TYPE_CHECKING:
     from service.live.live_tracing import LiveTracing

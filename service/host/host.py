@@ -20,22 +20,22 @@ import zenoh
 from incsvr.errors import BadInput
 from service import wire
 from service.bus.feed import Feed
+from service.bus.health_publisher import HealthPublisher
 from service.bus.ingest import Ingest
 from service.bus.publishers import Publishers
 from service.bus.session import certificates, finish_in_time, from_file
 from service.config.configuration import Config
+from service.config.traced_effects import OperatorVerb, TracedEffects, configured_effects
 from service.health.health_watch import HealthConditions, HealthWatch
-from service.health.publisher import HealthPublisher
-from service.learner.answers import Answers
+from service.host.answers import Answers
+from service.host.effect_switch import EffectSwitch
+from service.host.persist_then_publish import PARAMETERS_KEY, PersistThenPublish
 from service.learner.duplicate_learner import DuplicateLearner
 from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
-from service.live.effect_switch import EffectSwitch
-from service.live.effects import OperatorVerb, TracedEffects, configured_effects
 from service.recordings.archive import archive_of
 from service.recordings.validation import read_validation
 from service.state.history import IN_MEMORY_BYTES, History
-from service.state.persist_then_publish import PARAMETERS_KEY, PersistThenPublish
 from service.state.store import Store
 
 if TYPE_CHECKING:

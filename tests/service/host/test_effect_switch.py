@@ -19,18 +19,18 @@ from incsvr.tracing.model import TracedModel
 from service import wire
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
-from service.learner.host import Host
+from service.config.traced_effects import TracedEffects, effects_from_trace
+from service.host.host import Host
 from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import CommittedIteration
-from service.live.effects import TracedEffects, effects_from_trace
 from service.live.trace_content import TraceContent
 from service.live.tracing_state import TracingState
 from service.recordings.recording import Recording
 from service.state.store import Store
 from simulator import leng
 from tests.hidden import recording, with_channels, write_trace
+from tests.service.config.test_traced_effects import part
 from tests.service.conftest import PATIENCE, configured
-from tests.service.live.test_effects import part
 from tests.service.live.test_live_tracing import tracing
 
 LIVE: dict[str, Any] = {

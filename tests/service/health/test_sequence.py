@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bus.sequence import MAX_MISSING, Sequence
+from service.health.sequence import MAX_MISSING, Sequence
 
 
 def lost(*numbers: int) -> int:

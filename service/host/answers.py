@@ -19,6 +19,7 @@ from zenoh.handlers import RingChannel
 from incsvr.errors import BadInput
 from service import wire
 from service.bus.publishers import JSON
+from service.config.traced_effects import OperatorVerb
 from service.health.health_watch import HealthWatch
 from service.learner import questions
 from service.learner.damping_query import velocity_names
@@ -26,7 +27,6 @@ from service.learner.estimates import forecast_reply
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.node import LearnerNode
 from service.learner.published import NothingLearned, damping_reply
-from service.live.effects import OperatorVerb
 from service.state.history import History
 from service.state.state_file import Row
 

@@ -13,9 +13,9 @@ import pytest
 from incsvr.errors import BadInput
 from service import wire
 from service.cli.command_line import main
+from service.config.traced_effects import configured_effects as effects_of
+from service.config.traced_effects import read_effects
 from service.learner.node import LearnerNode
-from service.live.effects import configured_effects as effects_of
-from service.live.effects import read_effects
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from tests.hidden import BIAS, LAG, TRUTH, recording, write_trace
