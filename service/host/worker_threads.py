@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Self
 
 from service.host.host import Host
-from service.learner.shared_streams import share_streams
+from service.host.shared_streams import share_streams
 
 log = logging.getLogger(__name__)
 

@@ -25,8 +25,8 @@ from incsvr.tracing.model import TracedModel
 from service import wire
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
+from service.host.host import Host
 from service.learner.estimates import estimate, forecast_reply
-from service.learner.host import Host
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from tests.service.conftest import PATIENCE, configured, cut

@@ -8,7 +8,7 @@ from functools import partial
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.signals import TORQUE, YAW_RATE
 from service.config.configuration import Config
-from service.learner.host import Host
+from service.host.host import Host
 
 
 def share_streams(hosts: Sequence[Host]) -> None:
