@@ -74,6 +74,13 @@ class Learner:
         self._drawn: tuple[str, int] | None = None
         self._parts: dict[str, Any] = {}
 
+    def beside(self, prefix: str, axis: Axis) -> Learner:
+        """The learner of another axis of the vehicle, asked over the same session."""
+        other = Learner(self._config, self._where, prefix, self._recordings, axis)
+        with self._lock:
+            other._session = self._session
+        return other
+
     def close(self) -> None:
         with self._lock:
             if self._session is not None:

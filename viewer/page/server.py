@@ -28,6 +28,7 @@ from viewer.page.hosts import foreign
 from viewer.page.identification import RESULTS, Identification, Refused
 from viewer.page.learner import Learner
 from viewer.page.recordings import Recordings
+from viewer.page.vehicle_axes import VehicleAxes
 
 log = logging.getLogger(__name__)
 
@@ -62,13 +63,14 @@ class Handler(BaseHTTPRequestHandler):
     def __init__(
         self,
         *args: Any,
-        learner: Learner,
+        axes: VehicleAxes,
+        title: str,
         recordings: Recordings,
         names: frozenset[str],
         identification: Identification | None = None,
         **more: Any,
     ) -> None:
-        self._learner, self._recordings, self._names = learner, recordings, names
+        self._axes, self._title, self._recordings, self._names = axes, title, recordings, names
         self._identification = identification
         super().__init__(*args, **more)
 
@@ -79,12 +81,13 @@ class Handler(BaseHTTPRequestHandler):
         if path in ("/", "/index.html"):
             self._send("text/html; charset=utf-8", files("viewer.page").joinpath("page.html").read_bytes())
         elif path == "/state.json":
-            self._send("application/json", json_text(self._learner.state()).encode())
+            axis = parse_qs(urlsplit(self.path).query).get("axis", [None])[0]
+            self._send("application/json", json_text(self._axes.state(axis)).encode())
         elif path == "/identify":
             own = None if self._identification is None else self._identification.state()
             self._send("application/json", json_text(own).encode())
         elif path == "/register_service":
-            self._send("application/json", json_text(SERVICE | {"name": self._learner.words["title"]}).encode())
+            self._send("application/json", json_text(SERVICE | {"name": self._title}).encode())
         elif path.startswith("/recordings/"):
             self._recording(path.removeprefix("/recordings/"))
         elif path.startswith("/identify/"):
@@ -251,7 +254,14 @@ def server(
     Raises:
         OSError: the port is taken.
     """
-    handler = partial(Handler, learner=learner, recordings=recordings, names=names, identification=identification)
+    handler = partial(
+        Handler,
+        axes=VehicleAxes(learner),
+        title=learner.words["title"],
+        recordings=recordings,
+        names=names,
+        identification=identification,
+    )
     return Server((host, port), handler)
 
 

@@ -1,0 +1,57 @@
+"""The page of a vehicle whose axes are learned together: a line for each, and the axis that a browser asks for."""
+
+from __future__ import annotations
+
+import re
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.service.six_axes import vehicle_of
+from service import wire
+from service.bus.session import client_config_at
+from service.config.vehicle_file import write_vehicle
+from simulator.six_degrees import BODIES
+from tests.service.conftest import benches
+from tests.viewer.test_page import drawn
+from viewer.page.hosts import ours
+from viewer.page.learner import Learner
+from viewer.page.recordings import Recordings
+from viewer.page.server import server
+from viewer.page.vehicle_axes import VehicleAxes
+
+BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(82)), (1.0, 0.4, 0.0, 0.0, 0.0, 0.5))
+
+
+def test_a_line_for_each_axis_and_the_one_that_is_asked_for(tmp_path: Path) -> None:
+    write_vehicle(tmp_path / "boat.yaml", BOAT)
+    with benches() as begin:
+        bench = begin(vehicle__file=str(tmp_path / "boat.yaml"), prefix="boat")
+        bench.session.put("boat/surge/rate", wire.measurement((1.0, 1.1), (0.5, 0.6)))
+        bench.health_when(lambda health: "surge" in health.streams)
+        learner = Learner(client_config_at(bench.endpoint), bench.endpoint, "boat/yaw", Recordings(None))
+        axes = VehicleAxes(learner)
+        first, surge = axes.state(None), axes.state("surge")
+        assert (first["prefix"], surge["prefix"]) == ("boat/yaw", "boat/surge")
+        assert surge["words"]["title"] == "Surge damping"
+        assert (first["vehicle"], list(first["axes"])) == ("rov", ["yaw", "surge"])
+        assert (first["axes"]["surge"]["value"], first["axes"]["surge"]["unit"]) == (0.6, "m/s")
+        assert axes.state("heave")["prefix"] == "boat/yaw", "no such axis is learned"
+        learner.close()
+
+
+@pytest.mark.slow
+def test_a_browser_shows_the_axis_of_its_address(tmp_path: Path) -> None:
+    write_vehicle(tmp_path / "boat.yaml", BOAT)
+    with benches() as begin:
+        bench = begin(vehicle__file=str(tmp_path / "boat.yaml"), prefix="boat")
+        learner = Learner(client_config_at(bench.endpoint), bench.endpoint, "boat/yaw", Recordings(None))
+        with server("127.0.0.1", 0, learner, Recordings(None), ours("127.0.0.1", [])) as served:
+            threading.Thread(target=served.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
+            document = drawn(f"http://127.0.0.1:{served.server_address[1]}/?axis=surge", tmp_path / "browser")
+            served.shutdown()
+        assert re.search(r"Surge damping</span> of <span[^>]*>boat/surge<", document)
+        assert [re.sub(".*axis=", "", link) for link in re.findall(r'href="\?axis=\w+', document)] == ["yaw", "surge"]
+        learner.close()
