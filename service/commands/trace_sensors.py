@@ -97,8 +97,8 @@ def _examined(recording: Recording, inertia: float, sign_known: bool) -> Sensors
 
 
 def _slow_torque(recording: Recording, inertia: float) -> str | None:
-    """What a reader must know of a torque that comes so much slower than the yaw rate that the motion is not told by
-    it; tracing goes by the stamps of its messages, whatever happened between them."""
+    """The note on a torque that is sampled so much slower than the yaw rate that the motion between its messages is
+    unknown."""
     periods = [float(np.median(np.diff(recording.streams()[name][0]))) for name in REQUIRED]
     if periods[REQUIRED.index(TORQUE)] < SLOW_TORQUE_PERIODS * periods[REQUIRED.index(YAW_RATE)]:
         return None
@@ -113,7 +113,7 @@ def _slow_torque(recording: Recording, inertia: float) -> str | None:
     words = words_of(recording.axis)
     return (
         f"the {words.effort} is sampled every {quick.torque_period:.2g} s, too seldom for this vehicle: linear "
-        f"interpolation between its messages makes the curve about {100.0 * quick.share:.0f} % at {quick.rate:.2g} "
-        f"{words.rate_unit}; that nothing is found proves nothing here, log the {words.effort} every "
-        f"{quick.yaw_rate_period:.2g} s"
+        f"interpolation between its messages makes the curve about {100.0 * quick.share:.0f} % wrong at "
+        f"{quick.rate:.2g} {words.rate_unit}; a trace that finds nothing proves nothing here: log the {words.effort} "
+        f"every {quick.yaw_rate_period:.2g} s"
     )

@@ -107,4 +107,4 @@ def test_commands_that_come_too_slowly_are_told_beside_whatever_is_found() -> No
     sensors = examine_sensors([slow, quick], slow_commands.INERTIA)
     (told,) = sensor_notes([slow, quick], sensors, explained=False)
     assert told.startswith(f"{slow.name}: the torque is sampled every 0.5 s")
-    assert told.endswith("that nothing is found proves nothing here, log the torque every 0.05 s")
+    assert told.endswith("a trace that finds nothing proves nothing here: log the torque every 0.05 s")

@@ -152,7 +152,7 @@ def test_a_file_that_the_units_user_cannot_read_is_named(folder: Path, check: Ch
         (folder / "tls").chmod(0o700)
         assert f"the folder {folder / 'tls'} is closed" in check("--user", "nobody")
     else:
-        assert "only root can look" in check("--user", "root")
+        assert "only root can check" in check("--user", "root")
 
 
 def test_files_that_no_client_would_accept_are_named(folder: Path, check: Check) -> None:
