@@ -35,8 +35,8 @@ MASS_MATRIX_HELP = (
 )
 
 EFFECTS_OF_REMAINDER = (
-    "Coriolis and coupling moments are subtracted from the {effort} before tracing, so that effects of the thrust are "
-    "sought in the remainder; the axis's own velocity is used as measured"
+    "Coriolis, coupling and restoring terms are subtracted from the {effort} before tracing, so that effects of the "
+    "thrust are sought in the remainder; the axis's own velocity is used as measured"
 )
 """A template of `AxisWords`."""
 BODY_PARTS = (CORIOLIS, COUPLED_INERTIA, RESTORING)

@@ -88,7 +88,7 @@ def test_a_trace_looks_at_what_the_body_leaves_of_the_force(
     assert not [each["effect"] for each in found["effects"] if each["effect"].startswith("coriolis")]
     assert found["coupled"]["velocities"] == ["surge", "yaw_rate"]
     assert found["coupled"]["share_of_torque"][CORIOLIS] > 0.15
-    assert "is taken from the force before anything is traced" in told
+    assert "are subtracted from the force before tracing" in told
     assert "of the force's RMS: Coriolis" in told
     assert "Coriolis" in page.read_text()
     unseen = ["--validate", files[1], "--axis", "sway"]
