@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from incsvr.checks import CurrentWarnings, Vehicle
@@ -26,7 +27,7 @@ from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
 from service.config.traced_effects import TracedEffects
-from service.learner.batches import Batches
+from service.learner.batches import MAX_WAITING_BATCHES, Batches
 from service.learner.damping_query import DampingQuery
 from service.learner.prepared_iteration import (
     CommittedIteration,
@@ -42,6 +43,14 @@ from service.learner.recent_batches import RecentBatches
 from service.learner.stand_in import StandIn
 from service.learner.window import Window
 from service.state.restored import restore
+
+
+@dataclass(frozen=True, slots=True)
+class BatchEnd:
+    """The last stamp of a batch [s], and what was served after it."""
+
+    time: float
+    served: ServedModel
 
 
 class LearnerNode:
@@ -94,15 +103,17 @@ class LearnerNode:
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled, others)
         self.stand_in = StandIn(signals, (memory or {}).get("forecast"), others, coupled, compensation)
         self._judged_until: float | None = None  # the last stamp of the last batch, learned or put aside [s]
+        self._batch_ends: deque[BatchEnd] = deque(maxlen=MAX_WAITING_BATCHES)
         self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)
         learned = known.guarded.learner
         self.served = ServedModel(learned.model, known.revision, learned.iterations, known.t, findings)
 
-    @property
-    def judged_until(self) -> float | None:
-        """The last stamp of the last batch, learned or put aside [s]; None before one since the start."""
-        return self._judged_until
+    def take_batch_ends(self) -> list[BatchEnd]:
+        """The batches since the last time, learned or put aside, the oldest first; from the thread that learns."""
+        ends = list(self._batch_ends)
+        self._batch_ends.clear()
+        return ends
 
     def validate_on(self, validation: Mapping[str, Samples]) -> None:
         """From now on the served model's error is measured on these samples, by name, after each iteration."""
@@ -138,6 +149,7 @@ class LearnerNode:
             else:
                 self._guarded = guarded
             self.current_warnings = self.current_warnings.after(verdict)
+            self._batch_ends.append(BatchEnd(self._judged_until, self.served))
             if outcome is not None:
                 return outcome
         return None

@@ -1,7 +1,8 @@
 """The newest stretch of the raw streams: what tracing looks at, and what the learner is taught again from.
 
 A value is taken or refused as the synchroniser does it, so that both know the same. The window is bounded in time, and
-by `incsvr.signals.streams.MAX_WAITING_VALUES` in number; a stream of 50 Hz takes 0.7 MB in 900 s.
+by `incsvr.signals.streams.MAX_WAITING_VALUES` in number; a stream of 50 Hz takes 1.5 MB where the window
+is 900 s long.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from incsvr.signals.streams import MAX_WAITING_VALUES
 
 FULL_SHARE = 0.95
 """Share of its length from which the window counts as full: the first seconds of streams rarely begin together."""
-KEPT_SHARE, FORGETTING_SHARE = 1.15, 1.2
-"""Data that are kept, in the window's length, so that a window which ended a batch earlier can still be asked for; and
-the length at which older data are forgotten, many at once, because forgetting moves all that is kept."""
+KEPT_SHARE, FORGETTING_SHARE = 2.0, 2.05
+"""Data that are kept, in the window's length, so that a window which ended while a trace was at work can still be asked
+for; and the length at which older data are forgotten, many at once, because forgetting moves all that is kept."""
 
 
 class Window:

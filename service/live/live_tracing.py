@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import math
+from collections import deque
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
@@ -15,7 +16,8 @@ from incsvr.compensation.promotion import Comparison
 from incsvr.errors import BadInput
 from service.config.configuration import Config
 from service.config.traced_effects import OperatorVerb, TracedEffects, effects_from_trace
-from service.learner.node import LearnerNode
+from service.learner.batches import MAX_WAITING_BATCHES
+from service.learner.node import BatchEnd, LearnerNode
 from service.live import ledger, worker
 from service.live.proof_decision import decide_proof
 from service.live.trace_content import TraceContent
@@ -45,7 +47,8 @@ class LiveTracing:
         self.effects: TracedEffects | None = None
         self._enter(self.state)
         self._child: Worker | None = None
-        self._work: tuple[Work, float] = ("trace", 0.0)
+        self._work: tuple[Work, BatchEnd] | None = None
+        self._ends: deque[BatchEnd] = deque(maxlen=MAX_WAITING_BATCHES)
         self._watch = WorkerWatch()
 
     def to_dict(self) -> dict[str, Any]:
@@ -72,33 +75,47 @@ class LiveTracing:
     @property
     def work(self) -> Work | None:
         """What the process beside does now."""
-        return None if self._child is None else self._work[0]
+        return None if self._child is None or self._work is None else self._work[0]
 
     def after(self, node: LearnerNode) -> bool:
         """Begins what is due, after a batch or a piece of work.
 
+        Work is due at the end of a batch, and sees the data until then. The ends of batches are looked at one after the
+        other, also those that came while other work was being done: so the data decide it, and not the machine.
+
         Returns:
             whether the ledger says more than before.
         """
-        # A trace sees the data until the batch's end, however much came since: so the data decide it, not the machine.
-        newest = node.batches.window_end(node.judged_until)
-        model = node.served.model
-        if self._child is not None or newest is None:
+        self._ends.extend(node.take_batch_ends())
+        if self._child is not None:
             return False
-        if self._config.further_inputs and not model.is_trained:  # what they take of the torque is not known yet
-            return False
-        self.state = self.state.after_clock_restart(newest)
+        while self._ends:
+            end = self._ends[0]
+            work = self._due(node, end)
+            if work is not None:
+                return self._start(node, work, end)
+            self._ends.popleft()
+        return False
+
+    def _due(self, node: LearnerNode, end: BatchEnd) -> Work | None:
+        """What is to be done with the data until the end of a batch."""
+        if node.batches.window_end(end.time) != end.time:  # it is not full yet, or its data have gone
+            return None
+        if self._config.further_inputs and not end.served.model.is_trained:  # what they take is not known yet
+            return None
+        self.state = self.state.after_clock_restart(end.time)
+        return self.state.due(end.time, self._config.tracing.window, self._config.tracing.proof)
+
+    def _start(self, node: LearnerNode, work: Work, end: BatchEnd) -> bool:
+        """Starts it beside the learner, where nothing else is at work; True where the ledger says more than before."""
         settings, before = self._config.tracing, self.state
-        work = before.due(newest, settings.window, settings.proof)
-        if work is None:
-            return False
-        recent = worker.recent_streams(node.batches.recent(newest), settings, before, work, newest)
-        self._work = (work, newest)
+        recent = worker.recent_streams(node.batches.recent(end.time), settings, before, work, end.time)
+        self._work = (work, end)
         try:
-            self._child = self._begin(worker.job(self._config, before, work, newest, model), recent)
+            self._child = self._begin(worker.job(self._config, before, work, end.time, end.served.model), recent)
         except OSError as error:
             self._watch.fail(work, f"no process could be started: {error}")
-            self._conclude_failure(node, before, f"no process could be started beside the learner: {error}")
+            self._conclude_failure(work, end, before, f"no process could be started beside the learner: {error}")
             return True
         if self._child is not None:
             self._watch.begin(work)
@@ -110,31 +127,31 @@ class LiveTracing:
         Returns:
             where the learner is to change over: what stands if it cannot.
         """
-        child, (work, newest) = self._child, self._work
-        if child is None:
+        child, under_way = self._child, self._work
+        if child is None or under_way is None:
             return None
         self._child = None
-        before = self.state
+        before, (work, end) = self.state, under_way
         try:
             found = child.answer()
             self._watch.end()
             if work == "trace":
-                self._conclude_trace(node, newest, found)
+                self._conclude_trace(end, found)
             else:
-                self._conclude_proof(node, newest, found)
+                self._conclude_proof(node, end, found)
         except WorkerDied as error:
             self._watch.fail(work, str(error))
-            self._conclude_failure(node, before, str(error))
+            self._conclude_failure(work, end, before, str(error))
         except BadInput as error:
             self._watch.end()
-            self._conclude_failure(node, before, str(error))
+            self._conclude_failure(work, end, before, str(error))
         except Exception as error:  # whatever it answered, learning goes on
             log.exception("%s: a fault of this program", self._config.prefix)
             self._watch.fail(work, f"{type(error).__name__}: {error}")
-            self._conclude_failure(node, before, f"{type(error).__name__}: {error}")
+            self._conclude_failure(work, end, before, f"{type(error).__name__}: {error}")
         finally:
             child.close()
-        return None if _same(self.state.active, before.active) else before.after_proof(newest, "refused")
+        return None if _same(self.state.active, before.active) else before.after_proof(end.time, "refused")
 
     def decide(self, node: LearnerNode, verb: OperatorVerb, name: str) -> TracingState | None:
         """An operator promotes what is found, or withdraws what is in force: all effects of one trace together.
@@ -186,24 +203,24 @@ class LiveTracing:
             self._child.close()
             self._child = None
 
-    def _conclude_failure(self, node: LearnerNode, before: TracingState, why: str) -> None:
+    def _conclude_failure(self, work: Work, end: BatchEnd, before: TracingState, why: str) -> None:
         """As before, but for what the same data would only fail at again: the next try is on fresh data."""
-        work, newest = self._work
+        newest, revision = end.time, end.served.revision
         trace = work == "trace"
         told = f"the {'trace' if trace else 'proof'} failed: {why}"
         if not trace and before.suspect is not None and before.overdue(newest, self._config.tracing.window):
             names = self._names(before.suspect)
             self._enter(before.after_proof(newest, "refused"))
-            self._note(node.served.revision, newest, "refused", f"unproven within half a window; {told}", *names)
+            self._note(revision, newest, "refused", f"unproven within half a window; {told}", *names)
             return
         self._enter(before.after_trace(newest, None) if trace else before.after_proof(newest, "waits"))
         if trace and ledger.last_step(before, [RESIDUAL]) == "failed":  # a vehicle that lies still fails each time
             log.info("%s: %s", self._config.prefix, told)
             return
-        self._note(node.served.revision, newest, "failed", told)
+        self._note(revision, newest, "failed", told)
 
-    def _conclude_trace(self, node: LearnerNode, newest: float, found: Mapping[str, Any]) -> None:
-        effects = self._effects(TraceContent.from_dict(found))
+    def _conclude_trace(self, end: BatchEnd, found: Mapping[str, Any]) -> None:
+        newest, effects = end.time, self._effects(TraceContent.from_dict(found))
         names = effects.compensation.names
         usable = bool(effects.findings) and not effects.integrated
         known = self.state.proven is not None and set(self._names(self.state.proven))
@@ -212,7 +229,7 @@ class LiveTracing:
         if usable and known == set(names):
             log.info("%s: %s: found again, and proven already", self._config.prefix, ", ".join(names))
             return
-        note = partial(self._note, node.served.revision, newest)
+        note = partial(self._note, end.served.revision, newest)
         for finding in found["effects"]:
             name = finding["effect"]
             if ledger.last_step(self.state, [name]) == "left out":
@@ -225,8 +242,8 @@ class LiveTracing:
             else:
                 note("suspected", finding["sentence"], name, content=content)
 
-    def _conclude_proof(self, node: LearnerNode, newest: float, found: Mapping[str, Any]) -> None:
-        comparison, before = Comparison.from_dict(found), self.state
+    def _conclude_proof(self, node: LearnerNode, end: BatchEnd, found: Mapping[str, Any]) -> None:
+        comparison, before, newest = Comparison.from_dict(found), self.state, end.time
         if before.under_test is None:
             return
         content = before.under_test[1]
@@ -237,7 +254,7 @@ class LiveTracing:
             log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(names), decision.verdict, decision.why)
             return
         changes = not _same(self.state.active, before.active)
-        revision = node.published + 1 if changes else node.served.revision
+        revision = node.published + 1 if changes else end.served.revision
         compared = content if decision.error is None else content.compared(decision.error, newest)
         self._note(revision, newest, decision.step, decision.why, *names, content=compared)
 

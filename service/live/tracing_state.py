@@ -5,9 +5,9 @@
 That is `adopt`. Under `advise` a proof ends with `proven`, and an operator alone promotes and withdraws; so it is under
 `adopt` with what an operator has withdrawn.
 
-All times are the vehicle's. How far the data of a trace or a proof reach, and behind which batch their answer falls,
-depends on the clock on the wall: on how quickly data came and how long the process took. What follows from an answer
-does not.
+All times are the vehicle's. What is to be done, and how far its data reach, follows from the data alone. Behind which
+batch an answer falls, and with it an effect comes into force, depends on the clock on the wall: on how quickly data
+came and how long the process took.
 """
 
 from __future__ import annotations

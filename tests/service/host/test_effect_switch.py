@@ -179,7 +179,7 @@ def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
         assert {(step["effect"], step["step"]) for step in said.history} == {
             (name, "failed") for name in ("torque_lag", "bias_torque", "coupling:sway")
         }
-        assert "to be promoted, but the learner could not change over: y holds" in said.history[0]["why"]
+        assert "to be promoted, but the learner could not switch to it: y holds" in said.history[0]["why"]
         assert before is not None
         assert host.node.latest() == before
         pushed([host.node], part(failing, 320.0, 360.0))
