@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import rerun as rr
 
-from incsvr.plant.words import YAW_WORDS, AxisWords
+from incsvr.plant.axes import AXES
+from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
 from service.wire import Health
 from viewer.frame import clock_text
 from viewer.palette import LIGHT, Palette
@@ -12,6 +15,8 @@ from viewer.recorder import Recorder
 
 SIGNS = {"OK": "OK", "WARN": "WARNING", "ERROR": "ERROR", "STALE": "NO DATA"}
 AWAY = "AWAY"
+NO_AXES: Mapping[str, Health] = {}
+"""A learner that is the only one of its vehicle."""
 
 
 class HealthPage:
@@ -31,9 +36,10 @@ class HealthPage:
         )
         rec.line("signals/health/learned", LIGHT.support, "Learned share", 2.5)
 
-    def log(self, health: Health) -> None:
-        """The learner's health, at the clocks that are set."""
-        self._rec.write("signals/health/now", health_text(health, self._rec.words))
+    def log(self, health: Health, axes: Mapping[str, Health] = NO_AXES) -> None:
+        """The learner's health, and that of each axis of its vehicle, at the clocks that are set."""
+        text = health_text(health, self._rec.words)
+        self._rec.write("signals/health/now", f"{axes_text(health.vehicle, axes)}\n\n{text}" if axes else text)
         self._rec.log("signals/health/learned", rr.Scalars(health.learned))
         self._switch(health.level)
 
@@ -47,6 +53,18 @@ class HealthPage:
         if level != self._level:
             self._level = level
             self._rec.log("signals/health/level", rr.StateChange(state=level))
+
+
+def axes_text(vehicle: str, axes: Mapping[str, Health]) -> str:
+    """Markdown; a line for each axis of the vehicle."""
+    rows = []
+    for axis, health in axes.items():
+        rate, words = health.streams.get("yaw_rate"), words_of(AXES[axis])
+        value = "-" if rate is None or rate.value is None else f"{rate.value:.3g} {words.rate_unit}"
+        state = f"{SIGNS[health.level]} | {health.learning.state}"
+        rows.append(f"| {axis} | {state} | {value} | {health.revision} | {100 * health.learned:.0f} % |")
+    head = "| Axis | Health | Learning | Velocity | Revision | Learned |\n|:--|:--|:--|--:|--:|--:|"
+    return "\n".join([f"# {vehicle}", head, *rows])
 
 
 def health_text(health: Health, words: AxisWords = YAW_WORDS) -> str:

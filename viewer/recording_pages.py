@@ -12,7 +12,7 @@ from viewer.compare import Choice, ComparePage
 from viewer.effects import EffectsPage
 from viewer.error import ErrorPage
 from viewer.frame import Frame
-from viewer.health import HealthPage
+from viewer.health import NO_AXES, HealthPage
 from viewer.learning import LearningPage
 from viewer.pages import blueprint
 from viewer.palette import Palette
@@ -80,15 +80,20 @@ class RecordingPages:
             self._now(seen, times[0])
             self.recorder.write("learning/table", COLLECTING)
 
-    def health(self, health: Health, seen: float) -> None:
-        """The learner's health: where it changes, else every few seconds; it comes once a second."""
-        said = (health.level, health.reasons, health.revision, health.counters.get("rejected"))
+    def health(self, health: Health, seen: float, axes: Mapping[str, Health] = NO_AXES) -> None:
+        """The learner's health: where it changes, else every few seconds; it comes once a second.
+
+        Args:
+            axes: the health of each axis of the vehicle, where the process learns several.
+        """
+        levels = tuple(each.level for each in axes.values())
+        said = (health.level, health.reasons, health.revision, health.counters.get("rejected"), levels)
         if said == self._said[0] and seen - self._said[1] < HEALTH_S:
             return
         self._said = (said, seen)
         self._now(seen, health.t)
         self._signals.reject(health.counters)
-        self._health.log(health)
+        self._health.log(health, axes)
 
     def away(self, sentence: str, seen: float) -> None:
         """The learner does not answer."""

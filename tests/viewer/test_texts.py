@@ -11,7 +11,7 @@ from tests.viewer.conftest import Run
 from viewer import names
 from viewer.effects import ledger_text
 from viewer.frame import Frame, clock_text
-from viewer.health import health_text
+from viewer.health import axes_text, health_text
 from viewer.pauses import Pauses
 from viewer.table import headline, quantity, samples_table, table
 
@@ -77,6 +77,17 @@ def test_health_says_the_level_then_why_then_the_counters() -> None:
     assert "| rejected: late | 4 |" in lines
     assert "| torque | 100 | 2 | 5.0 s |" in lines
     assert any("Learned: 87 %" in line for line in lines)
+
+
+def test_each_axis_of_a_vehicle_has_a_line() -> None:
+    streams = {"yaw_rate": StreamHealth(received=3, value=0.62)}
+    surge = Health(level="STALE", boot="abc", revision=7, learned=0.5, streams=streams)
+    lines = axes_text("rov", {"yaw": Health(level="OK", boot="abc"), "surge": surge}).splitlines()
+    assert lines[0] == "# rov"
+    assert lines[-2:] == [
+        "| yaw | OK | learning | - | 0 | 0 % |",
+        "| surge | NO DATA | learning | 0.62 m/s | 7 | 50 % |",
+    ]
 
 
 def test_the_ledger_tells_each_effect_and_each_step() -> None:
