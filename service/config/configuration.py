@@ -33,7 +33,7 @@ class Config(Section):
     prefix: Prefix = Field(default="leng/yaw", description="prefix of the keys")
     state: Path | None = Field(default=Path("state"), description="directory of the durable state; null keeps nothing")
     history: int = Field(default=20_000, ge=1, le=10_000_000, description="published revisions kept in it")
-    validation: dict[Name, Path] = Field(default={}, description="recordings to measure the error on, by name")
+    validation: dict[Name, Path] = Field(default={}, description="logs of any format to measure the error on, by name")
     effects: Path | None = Field(
         default=None, description="effects file written by `incsvr trace --json FILE`; null: none"
     )

@@ -65,18 +65,28 @@ class Reading:
     @staticmethod
     def of(args: argparse.Namespace, config: Config) -> Reading:
         """The settings by the flags of `add_log_arguments`, and by the given configuration."""
-        inputs = config.inputs
         said = {"preset": args.preset, "system": args.system}
-        inputs = inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
-        configured = args.config is not None and "rate_limit" in config.vehicle.model_fields_set
+        inputs = config.inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
+        columns = tuple(of_axis(text, axis) for text in args.column)
+        return replace(Reading.configured(config, axis), description=LogDescription(columns, inputs), cut=Cut.of(args))
+
+    @staticmethod
+    def configured(config: Config, axis: Axis | None = None) -> Reading:
+        """The settings by a configuration alone, of its axis or another one."""
+        axis = AXES[config.vehicle.axis] if axis is None else axis
+        limited = "rate_limit" in config.vehicle.model_fields_set
         return Reading(
-            LogDescription(tuple(of_axis(text, axis) for text in args.column), inputs),
-            config.vehicle.rate_limit if configured else axis.fastest,
-            "vehicle.rate_limit in the configuration" if configured else "vehicle.rate_limit in a --config FILE",
+            LogDescription((), config.inputs),
+            config.vehicle.rate_limit if limited else axis.fastest,
+            "vehicle.rate_limit in the configuration" if limited else "vehicle.rate_limit in a --config FILE",
             axis=axis,
-            cut=Cut.of(args),
         )
+
+    @property
+    def undescribed(self) -> Reading:
+        """The reading without a description, for recordings of our own."""
+        return replace(self, description=NO_DESCRIPTION)
 
     @property
     def whole(self) -> Reading:
@@ -105,7 +115,7 @@ class Reading:
         return found
 
     def _of_dive(self, dive: Dive) -> Recording:
-        ours = self.description == NO_DESCRIPTION and all(_is_ours(part.path, self.axis) for part in dive.parts)
+        ours = self.description == NO_DESCRIPTION and all(is_ours(part.path, self.axis) for part in dive.parts)
         if len(dive.parts) == 1:
             return self.of_one(dive.parts[0].path, None if ours else dive.parts[0].log)
         recording = self._continued(dive) if ours else self.of_one(dive.path, dive.opened(self.description))
@@ -134,7 +144,7 @@ class Reading:
         Raises:
             BadInput: naming the file, what is wrong or missing, and the cure.
         """
-        if log is None and self.description == NO_DESCRIPTION and _is_ours(path, self.axis):
+        if log is None and self.description == NO_DESCRIPTION and is_ours(path, self.axis):
             recording = read_recording(
                 path, rate_limit=self.rate_limit, limit_is=self.limit_is, axis=self.axis, cut=self.cut
             )
@@ -233,7 +243,7 @@ def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axi
         )
 
 
-def _is_ours(path: Path, axis: Axis) -> bool:
+def is_ours(path: Path, axis: Axis) -> bool:
     """Whether the file begins as our recordings do, which are read with every fault named by its row."""
     if path.is_dir() or not path.exists():
         return False
