@@ -26,7 +26,7 @@ MIN_SAMPLES = 30
 
 @dataclass(frozen=True, slots=True)
 class ApparentInertia:
-    """What samples show of the inertia.
+    """The inertia that samples show.
 
     Attributes:
         low, high: between which inertias plain least squares puts the vehicle [kg m²].

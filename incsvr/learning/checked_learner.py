@@ -26,7 +26,7 @@ from incsvr.signals.samples import Samples
 
 @dataclass(frozen=True, slots=True)
 class Guarded:
-    """What is learned, what the checks remember, and what was learned before the last batch.
+    """The learned state, the memory of the checks, and the state before the last batch.
 
     Attributes:
         learner: what is learned.
@@ -63,7 +63,7 @@ def begin(settings: Settings) -> Guarded:
 def judge(
     settings: Settings, vehicle: Vehicle, guarded: Guarded, batch: Samples
 ) -> tuple[Guarded, Verdict, Iteration | None]:
-    """What the checks say of a batch; where it pauses learning, the batch before is taken back, in an iteration."""
+    """The verdict of the checks on a batch; if it pauses learning, an iteration withdraws the batch before."""
     learner, before = guarded.learner, guarded.before
     older = None if before is None else curve(before.model)
     # The checks know one curve.
@@ -89,7 +89,7 @@ def learn(
 def follow(
     settings: Settings, vehicle: Vehicle, samples: Samples, rest: bool = False
 ) -> Iterator[tuple[Verdict, Iteration | None]]:
-    """What the checks say of each full batch of whole recordings, and its iteration where it is learned.
+    """The verdict on each full batch of whole recordings, and its iteration if it is learned.
 
     Args:
         rest: what is left over at the end is a batch as well.
@@ -114,7 +114,7 @@ def _taken_back(number: int, before: State, batch: Samples, verdict: Verdict) ->
 
 
 def curve(model: Model) -> Callable[[Array], Curve] | None:
-    """What the checks need of a model; None before anything is learned."""
+    """The curve of a model for the checks; None before anything is learned."""
     known = model.trained_range
     if known is None or not known[0] < known[1]:
         return None

@@ -1,4 +1,4 @@
-"""Which samples to keep: the three criteria of Section III-C, as pure functions of arrays.
+"""The three criteria of Section III-C for the samples to keep, as pure functions of arrays.
 
 Every function answers with masks or positions into what it was given and changes nothing.
 """
@@ -17,7 +17,7 @@ Mask = NDArray[np.bool_]
 
 
 class Inclusion(NamedTuple):
-    """What became of each new sample; exactly one of the three masks (n,) holds for each."""
+    """The fate of each new sample; exactly one of the three masks (n,) holds for each."""
 
     kept: Mask
     in_tube: Mask

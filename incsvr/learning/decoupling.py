@@ -28,7 +28,7 @@ MIN_SAMPLES = 50
 
 @dataclass(frozen=True, slots=True)
 class NeglectedTerms:
-    """What other velocities take of an axis' torque.
+    """The torque of other velocities on an axis.
 
     Attributes:
         terms: as people read them, the largest first.
@@ -46,7 +46,7 @@ class NeglectedTerms:
 
 
 def neglected_terms(axis: Axis, rate: Array, damping: Array, torque: Array, motion: Motion) -> NeglectedTerms | None:
-    """What the other velocities take, where it is clear and not small; None else.
+    """The torque of the other velocities, if it is significant and not small; else None.
 
     Args:
         axis: whose samples they are.

@@ -1,4 +1,4 @@
-"""How far fresh samples lie from what was served, beyond what their noise and the curve's own doubt allow.
+"""The distance of fresh samples from the served curve, beyond their noise and the curve's uncertainty.
 
 The doubt that a curve has of itself knows noise that is independent of the motion. Water that lasts for minutes, a
 correction that was a false alarm, vectors of a vehicle that has changed: none of them is in it, and all of them show in
@@ -48,13 +48,13 @@ class Disagreement:
 
     @property
     def widening(self) -> float:
-        """By how much the curve's own doubt is to be multiplied, at least 1."""
+        """The factor on the curve's own uncertainty, at least 1."""
         if self.groups < MIN_GROUPS or not self.excess > self.claimed > 0.0:
             return 1.0
         return sqrt(self.excess / self.claimed)
 
     def after(self, model: Model, samples: Samples, fastest: float) -> Disagreement:
-        """With samples that a trained model has not learned from.
+        """The disagreement with further samples that a trained model has not learned from.
 
         Args:
             samples: (n,) of them.

@@ -1,4 +1,4 @@
-"""Which motion is evidence about damping: that which the torque makes, not that which the water makes.
+"""The motion that is evidence about damping: caused by the torque, not by the water.
 
 A damping sample y = τ − I ṙ is d(r) − w, with w the moment of the water. Where the torque turns the vehicle, w is
 noise. Where w turns it, a sample tells the water with its sign turned, and, where a controller holds the vehicle, the
@@ -59,7 +59,7 @@ MAX_CORRELATION = 0.95
 
 @dataclass(frozen=True, slots=True)
 class Recent:
-    """What the next batch needs of those before it: their last samples, fewer than WINDOW_SAMPLES.
+    """The last samples of earlier batches for the next one, fewer than WINDOW_SAMPLES.
 
     Attributes:
         yaw_rate: (n,) [rad/s].
@@ -82,7 +82,7 @@ class Recent:
 
 
 class Sifted(NamedTuple):
-    """What a batch tells.
+    """The driven samples of a batch.
 
     Attributes:
         driven: (n,) which of its samples are evidence about damping.
@@ -166,7 +166,7 @@ def _tamed(moments: Array, line: Array) -> Array:
 
 
 def independent_share(error: Array) -> float:
-    """How many independent samples one of (n,) errors is worth in a mean: (1 − ρ)/(1 + ρ)."""
+    """The number of independent samples per sample of (n,) errors, in a mean: (1 − ρ)/(1 + ρ)."""
     power = float(error @ error)
     correlation = float(error[1:] @ error[:-1]) / power if power > 0.0 else 0.0
     correlation = min(max(correlation, 0.0), MAX_CORRELATION)

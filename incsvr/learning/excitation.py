@@ -1,4 +1,4 @@
-"""How much of what was recorded is evidence about damping, and what the water made of the rest."""
+"""The share of recorded motion that is evidence about damping, and the water's motion in the rest."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HORIZON_SAMPLES = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class Water:
-    """What motion was no evidence: running means over all samples, to which those that are evidence add nothing.
+    """The motion that was no evidence: running means over all samples, to which driven samples add nothing.
 
     Attributes:
         rate: mean r² of it [rad²/s²].
@@ -36,7 +36,7 @@ class Water:
     seen: float = 0.0
 
     def after(self, batch: Samples, driven: Mask) -> Water:
-        """With a batch of n ≥ 1 samples."""
+        """The means after a batch of n ≥ 1 samples."""
         n = len(batch)
         rate, moment = float((batch.yaw_rate**2) @ ~driven), float((batch.damping**2) @ ~driven)
         count = float(np.count_nonzero(~driven))
@@ -60,7 +60,7 @@ class Water:
 
 @dataclass(frozen=True, slots=True)
 class Excitation:
-    """How much of some samples is evidence about damping.
+    """The share of some samples that is evidence about damping.
 
     Attributes:
         driven: samples whose motion the torque made.
@@ -94,7 +94,7 @@ class Excitation:
 
     @property
     def sentence(self) -> str:
-        """What there is, with its figures."""
+        """The sentence on the excitation, with its figures."""
         if self.driven_rates is None:
             return f"the torque caused none of the motion of {self.samples} samples, up to {self.fastest:.3g} rad/s"
         low, high = self.driven_rates

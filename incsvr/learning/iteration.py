@@ -1,4 +1,4 @@
-"""What one iteration of the learner is told (`Settings`) and what it tells (`Iteration`)."""
+"""The settings of an iteration of the learner (`Settings`) and its result (`Iteration`)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from incsvr.signals.samples import Samples
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How the learner learns. The numbers are the paper's: γ, C, ε as tuned in Section IV-B, the rest from III-C.
+    """The settings of the learner. The numbers are the paper's: γ, C, ε as tuned in Section IV-B, the rest from III-C.
 
     So is the policy. "weighted" (policies/weighted.py) comes nearer to the truth in every simulated row of
     `python -m benchmarks.learner.policy`, but not yet in every measured one: the paper's stays the default until it

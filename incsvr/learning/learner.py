@@ -73,7 +73,7 @@ class Waiting:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """All that the learner knows between two iterations; its size is bounded by the settings.
+    """The memory of the learner between two iterations; its size is bounded by the settings.
 
     Attributes:
         iterations: how many have been done.

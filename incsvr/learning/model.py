@@ -1,4 +1,4 @@
-"""What is served: the damping curve f(r) = Σ θⱼ κ(rⱼ, r), how sure it is, and where it only continues by physics."""
+"""The served model: the damping curve f(r) = Σ θⱼ κ(rⱼ, r), its uncertainty, and its extrapolation by physics."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Model:
         return rbf(rate, self.support_rate, self.gamma) @ self.weight
 
     def learned(self, samples: Samples) -> Array:
-        """What training compares (n,) samples with, at their velocities [N m]."""
+        """The values that training compares (n,) samples with, at their velocities [N m]."""
         if self.several is None:
             return self.evaluate(samples.yaw_rate)
         return self.several.value(self.several.at(samples), self.gamma, self.weight)

@@ -41,7 +41,7 @@ MIN_EXPLAINED_SHARE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Offset:
-    """How late the torque is in a stretch: `least` to `most` are not out of the question, all in [s]."""
+    """The delay of the torque in a stretch, with the possible range from `least` to `most`, all in [s]."""
 
     begin: float
     end: float
@@ -51,7 +51,7 @@ class Offset:
 
 
 def offsets(rate: tuple[Array, Array], torque: tuple[Array, Array], smoothing: float) -> list[Offset]:
-    """How late the torque is in each stretch that tells it.
+    """The delay of the torque in each stretch that shows it.
 
     Args:
         rate: stamps (n,) [s] and yaw rates [rad/s].

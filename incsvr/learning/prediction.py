@@ -134,7 +134,7 @@ class Table:
         )
 
     def predict(self, rate: Array) -> Prediction:
-        """At (n,) rates [rad/s]."""
+        """The prediction at (n,) rates [rad/s]."""
         if rate.size == 1 and self.low <= (one := float(rate[0])) <= self.high:
             return self._at(one)
         inside = np.minimum(np.maximum(rate, self.low), self.high)
@@ -159,8 +159,8 @@ class Table:
         return Prediction(damping, sigma, outside, noise, derivative)
 
     def _at(self, rate: float) -> Prediction:
-        """At one learned rate [rad/s], to the last bit as above: a question for one is the most frequent, and the calls
-        of NumPy cost ten times its arithmetic."""
+        """The prediction at one learned rate [rad/s], equal to the last bit: questions for one rate are frequent, and
+        the calls of NumPy cost ten times its arithmetic."""
         place = min((rate - self.low) * self.scale, float(self.cells))
         cell = int(place)
         u = place - cell

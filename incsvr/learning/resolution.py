@@ -1,4 +1,4 @@
-"""By how much the learned curve may be off because the streams do not show the motion as quick as it was.
+"""The error of the learned curve because the streams are too slow for the motion.
 
 Torque, acceleration and rate of a sample pass through the same filter, so that of Eq. 5 nothing is lost but what a mean
 of d(r) differs from d of the mean rate. Where d grows with the square of the rate that makes the curve too large, most
@@ -45,7 +45,7 @@ FASTEST_QUANTILE = 0.98
 
 @dataclass(frozen=True, slots=True)
 class ResolutionFault:
-    """What is too quick for the streams.
+    """The fault of motion that is too fast for the streams.
 
     Attributes:
         rate: where the curve may be off most, as a part of its damping [rad/s].
@@ -68,7 +68,7 @@ class ResolutionFault:
 
     @property
     def sentence(self) -> str:
-        """What people should know, without the cure."""
+        """The sentence for people, without the cure."""
         because = (
             f"a torque every {self.torque_period:.2g} s is too seldom for this vehicle"
             if self.late
@@ -90,7 +90,7 @@ class ResolutionFault:
         return float(f"{width:.2g}") if width < MAX_NARROWER_SHARE * self.smoothing else None
 
     def cure(self, settings: SignalSettings) -> str:
-        """What to set or to ask for, in the configuration's words."""
+        """The setting that helps, in the configuration's words."""
         width = None if self.late else self.narrower(settings)
         if self.late:
             cure = f"send the torque every {self.torque_period * MIN_ERROR_SHARE / self.share:.1g} s"
@@ -111,7 +111,7 @@ class ResolutionFault:
 
 
 def resolution_fault(samples: Samples, smoothing: float) -> ResolutionFault | None:
-    """What of the motion behind the samples the streams do not show; None where the curve is right to a tenth.
+    """The fault of streams that are too slow for the motion; None if the curve is right within 10 %.
 
     Args:
         samples: with what their raw streams showed.

@@ -1,4 +1,4 @@
-"""What the checks say of the sensors over whole recordings, for whoever takes a recording as it is: the tracer."""
+"""The verdict of the checks on the sensors of whole recordings, for the tracer."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ good."""
 
 @dataclass(frozen=True, slots=True)
 class Sensors:
-    """What is to be said of the sensors of one recording.
+    """The verdict on the sensors of one recording.
 
     Attributes:
         remarks: a sentence for each thing that a sensor or a clock does wrong.

@@ -1,4 +1,4 @@
-"""How the noise of a damping sample follows the yaw rate.
+"""The noise of a damping sample as a function of the yaw rate.
 
 Rotors shake a gyro the more the faster they turn, and the water is rough where a vehicle is fast. So beside the level
 of the noise its variance is tracked at five rates, as shares of that level, straight between them and alike to both
@@ -62,7 +62,7 @@ class Spread:
         return np.asarray(np.sqrt(np.interp(np.abs(rate), knots, self.variance)))
 
     def after(self, rate: Array, residual: Array, level: float) -> Spread:
-        """With n ≥ 1 samples more.
+        """The spread after n ≥ 1 further samples.
 
         Args:
             rate: (n,) [rad/s].

@@ -16,7 +16,7 @@ from incsvr.numerics import Array
 
 @dataclass(frozen=True, eq=False)
 class SupportSet:
-    """All that answers are made of: of a model what a table or a surface needs.
+    """The part of a model that answers need: the input of a table or a surface.
 
     Attributes:
         gamma: kernel width γ [(rad/s)⁻²].

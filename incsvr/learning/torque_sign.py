@@ -27,7 +27,7 @@ both explain nearly the same."""
 
 @dataclass(frozen=True, slots=True)
 class TorqueSign:
-    """How a torque counts against a yaw rate, over delays.
+    """The sign of a torque relative to a yaw rate, over delays.
 
     Attributes:
         opposes: part of the torque that acceleration and rate explain with both against it, at no or a shorter delay.
@@ -51,7 +51,7 @@ class TorqueSign:
 
 
 def torque_sign(samples: Samples, inertia: float, torque_at: Callable[[Array], Array]) -> TorqueSign | None:
-    """How the torque counts, where the vehicle seems to turn against it; None where it does not seem so.
+    """The sign of the torque, if the vehicle seems to turn against it; else None.
 
     Args:
         samples: n of them, made with this inertia [kg m²].

@@ -21,7 +21,7 @@ from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
 Judged = Literal["every", "last"]
-"""By the mean over all iterations, or by the last one alone."""
+"""The judgement by the mean over all iterations, or by the last one alone."""
 
 PAPER_POINT = (1000.0, 0.1, 10.0)
 """C [N m], ε [N m] and γ [(rad/s)⁻²] that the paper's search chose."""
@@ -39,7 +39,7 @@ class Grid:
         return len(self.C) * len(self.epsilon) * len(self.gamma)
 
     def scaled(self, rate: float, damping: float) -> Grid:
-        """For a vehicle that turns `rate` times as fast and is damped `damping` times as much."""
+        """The grid for a vehicle that turns `rate` times as fast and is damped `damping` times as much."""
         return Grid(
             [C * damping for C in self.C], [e * damping for e in self.epsilon], [g / rate**2 for g in self.gamma]
         )

@@ -36,7 +36,7 @@ each other, their sum there does not."""
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """What is compared.
+    """A quantity that is compared between dives.
 
     Attributes:
         axis: its name.

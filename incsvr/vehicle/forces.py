@@ -96,7 +96,7 @@ class Forces:
 
     @staticmethod
     def of(structure: Structure, parameters: Array) -> Forces:
-        """Those of parameters (models, size)."""
+        """The forces of parameters (models, size)."""
         rows, mass = structure.rows, structure.mass_matrix(parameters)
         inverse = np.asarray(np.linalg.inv(mass[:, rows][:, :, rows]), dtype=np.float64)
         coriolis, units = product_weights(mass)[:, rows], product_weights(unit_masses(structure))[:, rows]

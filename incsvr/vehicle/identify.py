@@ -1,4 +1,4 @@
-"""From the recorded motion of a whole vehicle to its model: M, C(ν) ν, damping, couplings and lags of every axis.
+"""The identification of a whole vehicle's model from its motion: M, C(ν) ν, damping, couplings and lags.
 
 1. Every axis whose velocity is recorded is modelled. The inertia of one without actuators follows from the Coriolis
    forces on it, or is assumed.
@@ -64,7 +64,7 @@ class Identified:
     course: Course | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data: the vehicle, what is not identified and why, and the errors."""
+        """The result as plain data: the vehicle, the missing axes with reasons, and the errors."""
         return {
             "vehicle": self.vehicle.to_dict(),
             "refusals": dict(self.refusals),
@@ -211,7 +211,7 @@ def _best(fits: list[Fit], windows: Windows, scales: Scales) -> Fit:
 
 
 def _alone(fitted: Fit, axis: str, motion: WholeMotion, scales: Scales) -> Fit:
-    """Where the fit of one axis by itself begins: at the whole model's parameters, with no further product."""
+    """The start of the fit of one axis by itself: at the whole model's parameters, with no further product."""
     own = alone(fitted.structure, axis, motion.recorded)
     kept = [k for k in range(fitted.structure.size) if _belongs(fitted.structure, k, axis)]
     values = dict(zip(_names(fitted.structure), fitted.parameters.tolist(), strict=True))
@@ -223,7 +223,7 @@ def _alone(fitted: Fit, axis: str, motion: WholeMotion, scales: Scales) -> Fit:
 
 
 def _names(structure: Structure) -> list[object]:
-    """What each parameter is of."""
+    """The term and axis of each parameter."""
     return [*structure.mass, *structure.terms, *structure.lags]
 
 

@@ -1,4 +1,4 @@
-"""What would show the parameters of a vehicle that its recordings do not: one sentence a parameter."""
+"""The manoeuvres that would excite the parameters which recordings do not show: one sentence a parameter."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from incsvr.vehicle.terms import LINEAR, QUADRATIC
 
 
 def manoeuvres(vehicle: Vehicle) -> tuple[str, ...]:
-    """What would show the parameters that are not excited."""
+    """The manoeuvres for the parameters that are not excited."""
     found: list[str] = []
     for (one, other), parameter in vehicle.mass.items():
         if parameter.origin == UNKNOWN:

@@ -17,7 +17,7 @@ from incsvr.vehicle.structure import Structure
 from incsvr.vehicle.terms import Term
 
 ESTIMATED, DECLARED, ASSUMED, UNKNOWN = "estimated", "declared", "assumed", "not excited"
-"""Where a parameter comes from. An inertia is assumed where its axis has no actuator, and any scale would do; a
+"""The origin of a parameter. An inertia is assumed where its axis has no actuator, and any scale would do; a
 parameter is not excited where its interval is wider than all of the axis's usual effort."""
 
 
@@ -100,7 +100,7 @@ class Vehicle:
         return course[:, 0, 0]
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data, in the form of a vehicle file."""
+        """The vehicle as plain data, in the form of a vehicle file."""
         terms: dict[str, dict[str, Any]] = {name: {} for name in self.axes}
         for term, parameter in self.terms.items():
             terms[term.axis][term.name] = {**parameter.to_dict(), "unit": term.unit}

@@ -1,4 +1,4 @@
-"""Where the search for a vehicle's parameters begins, their orders of magnitude, and the bounds of physics."""
+"""The start of the search for a vehicle's parameters, their orders of magnitude, and the bounds of physics."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from incsvr.vehicle.structure import Pair, Structure
 from incsvr.vehicle.terms import BIAS, EFFORT, INFLOW, LINEAR, QUADRATIC, REVERSE, RIGHTING, WEIGHT, Term
 
 Candidate: TypeAlias = Term | str | Pair
-"""What may be added to a structure: a term, the lag of an axis's effort by its name, or an entry of M."""
+"""A candidate addition to a structure: a term, the lag of an axis's effort by its name, or an entry of M."""
 MASS_RANGE = 30.0
 """Factor by which an inertia may differ from its first guess: a guess from accelerations is rarely off by ten."""
 PASSIVE_SHARE = 0.3

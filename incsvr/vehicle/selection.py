@@ -1,4 +1,4 @@
-"""Which couplings, lags and entries of M a vehicle's model needs: each must predict windows that its fit did not see.
+"""The selection of couplings, lags and entries of M: each must predict windows that its fit did not see.
 
 Candidates are scored in one Gauss–Newton step; the best few are fitted. Parts of the recordings are then left out in
 turns, in the linear model about the fit, and the candidate that predicts them best is added if it pays.

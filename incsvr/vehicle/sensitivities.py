@@ -1,4 +1,4 @@
-"""How the simulated velocities of windows move with each parameter: the tangent of the simulation, carried along.
+"""The derivative of the simulated velocities of windows by each parameter: the tangent of the simulation.
 
 ṡ = (∂ν̇/∂ν) s + ∂ν̇/∂c, by the same Runge–Kutta steps, with ∂ν̇/∂ν by differences of one model's states. So all
 slopes of a model with a hundred parameters cost as much as some ten simulations.
@@ -57,7 +57,7 @@ def sensitivities(
 
 @dataclass(frozen=True, slots=True)
 class _Tangent:
-    """What the tangent of one model's motion needs.
+    """The matrices of the tangent of one model's motion.
 
     Attributes:
         structure: what the parameters mean.
@@ -81,7 +81,7 @@ class _Tangent:
 
     @staticmethod
     def of(structure: Structure, parameters: Array, lag_shift: Array, motion: WholeMotion) -> _Tangent:
-        """That of a model with parameters (size,); other arguments as of `sensitivities`."""
+        """The tangent of a model with parameters (size,); other arguments as of `sensitivities`."""
         forces, rows = Forces.of(structure, parameters[None]), structure.rows
         inverse = forces.inverse[0]
         states = first_state(structure, motion, np.zeros(1, dtype=np.intp)).shape[0]

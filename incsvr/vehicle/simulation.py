@@ -123,7 +123,7 @@ def decay(structure: Structure, parameters: Array, inverse: Array, fastest: Arra
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """What moves the models during one cell of each window.
+    """The inputs of the models during one cell of each window.
 
     Attributes:
         forces: of the models.

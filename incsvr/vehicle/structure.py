@@ -1,4 +1,4 @@
-"""Which parameters a vehicle's model has, and how they become M, forces and filtered efforts."""
+"""The parameters of a vehicle's model, and their conversion to M, forces and filtered efforts."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class Term:
 
     @property
     def name(self) -> str:
-        """How tables and vehicle files call it."""
+        """The name in tables and vehicle files."""
         return self.kind if not self.of else f"{self.kind}:{'*'.join(self.of)}"
 
     @property

@@ -1,4 +1,4 @@
-"""How well a vehicle's model predicts recordings: all axes at once, seconds ahead and in free run, and the track."""
+"""The errors of a vehicle's model on recordings: all axes at once, seconds ahead and in free run, and the track."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from incsvr.vehicle.structure import Structure
 from incsvr.vehicle.terms import PRODUCT, SQUARE, Term
 
 HORIZONS_S = (1.0, 5.0, 20.0)
-"""How far ahead predictions are judged [s]."""
+"""The horizons at which predictions are judged [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Errors:
     track: Mapping[float, float]
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
+        """The fields as plain data."""
         return {
             "horizons": {
                 f"{seconds:g}": {

@@ -1,4 +1,4 @@
-"""What `incsvr trace` found, as the learner takes it up: which effects are in force, and what became of the others."""
+"""The effects of `incsvr trace` in the learner: those in force, and the reasons against the others."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from incsvr.plant.body import Coupled
 
 OperatorVerb = Literal["promote", "withdraw"]
-"""What an operator may decide about an effect."""
+"""The decisions of an operator about an effect."""
 FOLLOWED_BY_LEARNING = ("drag_drift", "drag_step")
 """Effects of the damping over time: the learned damping follows the vehicle by itself."""
 _AGAIN = "write one with `incsvr trace RECORDING… --json FILE`"

@@ -1,1 +1,1 @@
-"""What was learned, for others: one file a tool, as that tool's own documentation has it (`incsvr export`)."""
+"""The learned model in the forms of other tools, by each tool's own documentation (`incsvr export`)."""

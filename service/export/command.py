@@ -124,7 +124,7 @@ def _of_vehicle(args: argparse.Namespace) -> tuple[str, list[str]]:
 def in_format(
     learned: DampingModel, format_: str, link: str, dry: float | None = None, across: tuple[float, float] | None = None
 ) -> str:
-    """What was learned in the form of a tool.
+    """The learned model in the form of a tool.
 
     Raises:
         BadInput: the tool has no place for it, or an inertia is none.
@@ -151,7 +151,7 @@ def _refuse_no_inertias(*values: float) -> None:
 
 
 def _model(args: argparse.Namespace, config: Config) -> DampingModel:
-    """From the file or the directory that was named, else from the running learner."""
+    """The model of the named file or directory, or of the running learner."""
     source: Path | None = args.source
     if source is None:
         with bus_client(config, args.wait) as client:
@@ -167,7 +167,7 @@ def _model(args: argparse.Namespace, config: Config) -> DampingModel:
 
 
 def _of_state(path: Path) -> DampingModel:
-    """What the newest revision in a state's file is; the file may be of a learner that runs."""
+    """The newest revision in a state's file; its learner may be running."""
     try:
         file = StateFile(path)
         try:

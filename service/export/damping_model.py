@@ -1,4 +1,4 @@
-"""What is exported: the coefficients of a learned curve, how well they tell it, where they hold, and what was traced.
+"""The exported model: coefficients of a learned curve, their error and range, inertia and traced effects.
 
 The textbook's form is d(r) = N_r r + N_{r|r|} r|r|, positive where damping opposes the motion, in
 I ṙ + d(r) = τ. Tools that count hydrodynamic derivatives (Fossen, SNAME) have both with the other sign.
@@ -55,7 +55,7 @@ class Effect:
 
 @dataclass(frozen=True, slots=True)
 class DampingModel:
-    """What was learned of one axis.
+    """The learned model of one axis.
 
     Attributes:
         source: where it comes from, for people.
@@ -81,7 +81,7 @@ class DampingModel:
 
     @property
     def form_error(self) -> float:
-        """By how much the two coefficients miss the curve: root mean square over the learned rates [N m]."""
+        """The error of the two coefficients against the curve: root mean square over the learned rates [N m]."""
         return root_mean_square(self.form(self.curve.rate) - self.curve.damping)
 
     def form(self, rate: Array) -> Array:
@@ -94,7 +94,7 @@ class DampingModel:
         return found[0] if found else None
 
     def remark(self) -> list[str]:
-        """What whoever uses the two coefficients should know, as lines."""
+        """The remarks on the two coefficients, as lines."""
         low, high = self.valid
         largest = float(np.abs(self.curve.damping).max())
         lines = [
@@ -118,7 +118,7 @@ class DampingModel:
 
 
 def of_snapshot(snapshot: ModelSnapshot, source: str) -> DampingModel:
-    """What a learner serves.
+    """The model that a learner serves.
 
     Raises:
         BadInput: nothing was learned yet.
@@ -138,7 +138,7 @@ def of_snapshot(snapshot: ModelSnapshot, source: str) -> DampingModel:
 
 
 def of_file(path: Path) -> DampingModel:
-    """What `incsvr trace` or `incsvr fit` wrote.
+    """The model of a file by `incsvr trace` or `incsvr fit`.
 
     Raises:
         BadInput: it is none of these; the sentence names the file.

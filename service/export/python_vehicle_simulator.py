@@ -1,4 +1,4 @@
-"""As a module for Fossen's PythonVehicleSimulator, whose vehicles are classes with matrices M and D and with constants.
+"""A module for Fossen's PythonVehicleSimulator, whose vehicles are classes with matrices M and D and with constants.
 
 Its vehicles count D = −diag(X_u, …, N_r), positive where damping opposes, and each adds what is quadratic in its own
 `dynamics`. It works in NED: both coefficients are the same there, for d(−r) = −d(r); a constant moment changes sign.

@@ -1,4 +1,4 @@
-"""As elements of simulators' own files. What an element cannot hold stands in a comment before it.
+"""Elements of simulators' own files; a comment before an element names what it cannot contain.
 
 Signs and names were read in each tool's documentation and source: gz-sim, systems/hydrodynamics/Hydrodynamics.hh and
 .cc (since its pull request 1888); UUV Simulator, uuv_gazebo_plugins/src/HydrodynamicModel.cc (HMFossen) and
@@ -86,7 +86,7 @@ def uuv(model: DampingModel, link: str, dry: float | None) -> str:
 
 
 def stonefish(model: DampingModel, across: tuple[float, float] | None) -> str:
-    """What Stonefish holds of it: the body's inertia and the rotor's lag. It has no place for N_r: its drag comes of
+    """The elements of Stonefish: the body's inertia and the rotor's lag. It has no place for N_r: its drag comes of
     the body's shape, with two numbers for each axis of translation.
 
     Raises:

@@ -1,4 +1,4 @@
-"""As CSV, a figure a row, and as JSON, with the curve itself."""
+"""The model as CSV, a figure a row, and as JSON, with the curve itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What whoever uses an exported whole vehicle should know: where it holds, what is a guess, what was left out."""
+"""The remarks on an exported whole vehicle: its range, its guesses, and the parts left out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STANDARD_GRAVITY = 9.80665
 
 
 def vehicle_remarks(vehicle: Vehicle, body: RigidBody, holds: Callable[[Term], bool], flu: bool) -> list[str]:
-    """What whoever uses the elements should know, as sentences."""
+    """The remarks on the elements, as sentences."""
     fastest = ", ".join(
         f"{n} {v:.3g}" for n, v in zip(AXES, vehicle.fastest.tolist(), strict=True) if n in vehicle.axes
     )
@@ -43,7 +43,7 @@ def vehicle_remarks(vehicle: Vehicle, body: RigidBody, holds: Callable[[Term], b
 
 
 def _hydrostatics(vehicle: Vehicle, body: RigidBody, flu: bool) -> list[str]:
-    """Where weight and buoyancy must be for the identified restoring moments."""
+    """The places of weight and buoyancy for the identified restoring moments."""
     found = []
     for term, p in vehicle.terms.items():
         if term.kind == RIGHTING:

@@ -27,7 +27,7 @@ PAIRS = [(row, column) for row in range(6) for column in range(row, 6)]
 MASSES = "xyzpqr"
 """Letters of the rows and columns of an added mass in SDFormat."""
 TURNED = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
-"""What becomes of ν between axes to starboard and down, and axes to port and up."""
+"""The signs of ν between axes to starboard and down, and axes to port and up."""
 
 
 def gazebo(vehicle: Vehicle, body: RigidBody, link: str, flu: bool) -> tuple[str, list[str]]:
@@ -113,7 +113,7 @@ def uuv(vehicle: Vehicle, body: RigidBody, link: str, flu: bool) -> tuple[str, l
 
 
 def stonefish(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]]:
-    """What Stonefish holds of it: mass, moments of inertia, centre of gravity and the rotors' lag; and the remarks."""
+    """The elements of Stonefish: mass, moments of inertia, centre of gravity and the rotors' lag; and the remarks."""
     righting = [p.value for term, p in vehicle.terms.items() if term.kind == RIGHTING]
     remarks = [
         *vehicle_remarks(vehicle, body, lambda term: term.kind == RIGHTING, flu),

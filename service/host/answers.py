@@ -224,7 +224,7 @@ class Answers:
         return wire.encode(feedforward_reply(self._node, asked, self._velocities))
 
     def _row_at(self, asked: Mapping[str, str]) -> Row:
-        """What was served at a time, or published as a revision."""
+        """The row that was served at a time, or published as a revision."""
         further = asked.keys() - {"at", "revision"}
         if "at" in asked and "revision" in asked:
             raise BadInput("ask for a time (at=) or for a revision (revision=), not for both")

@@ -39,7 +39,7 @@ class EffectSwitch:
         self.in_force = live.effects
 
     def after_batch(self) -> None:
-        """What live tracing has to do after a batch, or when its process has ended."""
+        """Runs live tracing after a batch, or when its process has ended."""
         live = self._live
         try:
             # Also while learning is paused: what the checks take for a clock that jumped may be an effect.
@@ -56,7 +56,7 @@ class EffectSwitch:
             log.exception("%s: a fault of this program", self._config.prefix)
 
     def decide(self, verb: OperatorVerb, name: str) -> bytes:
-        """What an operator decides, in force and on the disk before it is answered: the ledger then.
+        """Carries out an operator's decision, on the disk before the answer; returns the ledger.
 
         Raises:
             BadInput: it cannot be; all is as it was, or what is in force is not on the disk yet.
@@ -74,7 +74,7 @@ class EffectSwitch:
         return wire.encode(self._node.ledger)
 
     def _change_over(self, instead: TracingState) -> str | None:
-        """From the effects before to those that are in force now, in one revision; where that fails, all stays.
+        """Switches from the effects before to those in force now, in one revision; a failure changes nothing.
 
         Returns:
             why it failed.
@@ -95,7 +95,7 @@ class EffectSwitch:
         return None
 
     def tell_node(self) -> None:
-        """Where live tracing stands, to the node's ledger."""
+        """Writes the state of live tracing to the node's ledger."""
         live = self._live
         self._node.update_ledger(findings(live.state), live.state.history, live.work)
 

@@ -91,7 +91,7 @@ class Host:
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
 
     def _mapping(self, learners: int) -> MappedIngest | None:
-        """What hears the forms of others; None where all comes in our own."""
+        """The mapper of other forms; None if all inputs have our own form."""
         if self._config.inputs.own:
             return None
         # Loaded where it is needed alone, like the other parts that not every learner has.
@@ -145,7 +145,7 @@ class Host:
         return (self._live is not None and self._live.waits) or (store is not None and store.due)
 
     def _conditions(self) -> HealthConditions:
-        """What the parts beside the streams have to say now; the model's own yaw rate goes out where it is due."""
+        """The reports of the parts beside the streams; publishes the estimate if it is due."""
         store, mapped, effects = self._store, self.mapped, self._effects_in_force
         arming = mapped or self.led_by
         dated = (each.sentence_now() for each in self._certificates)
@@ -221,14 +221,14 @@ class Host:
             self.feed.drain()
 
     def _undeclare(self) -> None:
-        """All but the publishers: to undeclare those may take ten seconds, and ends with the session."""
+        """Undeclares all but the publishers: theirs may take ten seconds, and ends with the session."""
         self.feed.close()
         self.answers.close()
         self._health_publisher.close()
         self._duplicate.close()
 
     def _decide(self, verb: OperatorVerb, name: str) -> bytes:
-        """What an operator decides (`EffectSwitch.decide`)."""
+        """Carries out the decision of an operator (`EffectSwitch.decide`)."""
         if self._switch is None:
             raise BadInput("tracing.live is off here, so no effect is sought; set it to advise or adopt")
         return self._switch.decide(verb, name)

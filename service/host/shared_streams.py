@@ -1,4 +1,4 @@
-"""What the learners of one process tell each other: velocities of the same vehicle, and all that comes to it once."""
+"""Streams that the learners of one process share: velocities of the same vehicle, and streams that arrive once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from service.host.host import Host
 
 
 def share_streams(hosts: Sequence[Host]) -> None:
-    """From now on each learner is told what others hear for it, and health names the vehicles of several axes."""
+    """Connects learners: each receives streams that others get for it, and health names vehicles of several axes."""
     for host in hosts:
         _name_vehicle(host, hosts)
     for host in first_of_each_axis(hosts):

@@ -1,4 +1,4 @@
-"""From measurements to batches: what one learner holds before it learns.
+"""The path of one learner's measurements to batches of samples.
 
 The streams go through the synchroniser; its samples wait here until they fill a batch. Everything is bounded: under
 overload the oldest samples go and are counted.
@@ -85,7 +85,7 @@ class Batches:
             self._take(samples_of(memory["waiting"]))
 
     def _takes(self, compensation: Compensation | None) -> TakesTorque | None:
-        """What samples are freed of with these effects in force."""
+        """The torques that are subtracted from samples with these effects in force."""
         return takes_torque(self._settings, compensation, self._coupled)
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
@@ -144,7 +144,7 @@ class Batches:
         return samples.take((samples.time >= since) & (samples.time <= until) & samples.known(self._inputs))
 
     def restart(self, compensation: Compensation | None, after: float, clock_restarts: int) -> None:
-        """From now on samples are freed of these effects; those after the time `after` [s] wait for the next batch.
+        """Subtracts these effects from samples from now on; those after `after` [s] wait for the next batch.
 
         Raises:
             BadInput: the clock that `after` is of began anew. Whatever is raised, nothing has changed.
@@ -190,7 +190,7 @@ class Batches:
 
     @property
     def clock_restarts(self) -> int:
-        """How often the vehicle's clock restarted since this start."""
+        """The number of restarts of the vehicle's clock since this start."""
         with self._lock:
             return self._restarts
 
@@ -201,7 +201,7 @@ class Batches:
 
     @property
     def readings(self) -> dict[str, Reading]:
-        """What is to be said of every stream's clock."""
+        """The present readings of every stream's clock."""
         with self._lock:
             return dict(self._synchroniser.readings)
 
@@ -230,7 +230,7 @@ class Batches:
             return self._newest
 
     def to_dict(self) -> dict[str, Any]:
-        """All that is on its way, as plain data."""
+        """The streams and samples on their way to the next batch, as plain data."""
         with self._lock:
             return {
                 "synchroniser": self._synchroniser.to_dict(),

@@ -1,4 +1,4 @@
-"""At which velocities a question for damping asks: the own one, and others where damping is learned over several."""
+"""The velocities of a question for damping: the own one, and others where damping is learned over several."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class DampingQuery:
 
 
 def velocity_names(config: Config) -> dict[str, str]:
-    """What a velocity may be called in a question → `rate` for the own one, else the stream of a further one."""
+    """The names of a velocity in a question → `rate` for the own one, else the stream of a further one."""
     own, *further = config.learner.inputs
     if not further:
         return {"rate": "rate"}

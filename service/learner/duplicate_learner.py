@@ -81,7 +81,7 @@ class DuplicateLearner:
         self._last_other: tuple[str, float] | None = None
 
     def notice(self) -> tuple[str, ...]:
-        """What health says of it, as a sentence; nothing where we are alone."""
+        """The sentence of health on another learner of the same prefix; nothing without one."""
         while (sample := self._ring.try_recv()) is not None:
             try:
                 other = wire.decode(wire.Health, sample.payload.to_bytes()).boot

@@ -1,4 +1,4 @@
-"""What is said of the yaw rate without a gyro: answers to questions, and what goes out by itself."""
+"""Estimates of the yaw rate without a gyro: answers to questions, and the published estimate."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.
 
 
 def estimate(node: LearnerNode, silent_s: float | None) -> wire.Estimate | None:
-    """What goes out while the gyro is silent or not believed; None where it is neither, or nothing can be said.
+    """The estimate to publish while the gyro is silent or doubted; None if it is neither, or none is possible.
 
     Args:
         silent_s: for how long it has been silent, by the clock on the wall [s]; None where it is not.

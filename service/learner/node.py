@@ -116,7 +116,7 @@ class LearnerNode:
         return ends
 
     def validate_on(self, validation: Mapping[str, Samples]) -> None:
-        """From now on the served model's error is measured on these samples, by name, after each iteration."""
+        """Sets the samples, by name, on which the served model's error is measured after each iteration."""
         self._validation = dict(validation)
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
@@ -200,7 +200,7 @@ class LearnerNode:
         history: tuple[dict[str, Any], ...],
         work: Literal["trace", "prove"] | None,
     ) -> None:
-        """What the ledger says from now on: the effects in force, what was found beside them, the steps, the work."""
+        """Replaces the ledger: effects in force, other findings, steps, present work."""
         told = {"effects": self.served.effects, "found": found, "history": history, "work": work}
         self.ledger = self.ledger.model_copy(update=told)
 
@@ -220,13 +220,13 @@ class LearnerNode:
         return prepare(step, served, covered, self.config, self.boot, validation)
 
     def _prepare_return(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> PreparedIteration:
-        """To what was served before the last batch, because of this one, which is put aside."""
+        """Prepares the return to the model before the last batch, because of this one, which is put aside."""
         served = replace(self.served, model=iteration.model, revision=self._published + 1, iteration=iteration.number)
         step = take_back(guarded, batch, iteration)
         return prepare(step, served, self._covered, self.config, self.boot, self._validation)
 
     def _adopt(self, new: PreparedIteration) -> CommittedIteration:
-        """From now on this is what was learned and what is served."""
+        """Takes this as the learned state and the served model."""
         self._keep(new)
         self.served, self._published = new.served, new.served.revision
         if new.report.batch.parts:
@@ -234,7 +234,7 @@ class LearnerNode:
         return CommittedIteration(new.snapshot, new.report, self.memory())
 
     def _keep(self, new: PreparedIteration) -> None:
-        """From now on the learner stands here, whatever is served."""
+        """Takes this as the learned state, without a change of the served model."""
         self._guarded, self._covered = new.guarded, new.covered
         if new.motion is not None:
             self.recent_batches.add(*new.motion, self.batches.smoothing)
@@ -255,7 +255,7 @@ class LearnerNode:
         return self._covered.fresh(self.served.t, self.config.health.fresh_for)
 
     def memory(self, whole: bool = False) -> dict[str, Any]:
-        """All that must survive a restart, as plain data; `whole` adds the samples on their way to the next batch."""
+        """The durable memory as plain data; `whole` adds the samples on their way to the next batch."""
         known: dict[str, Any] = {
             **self._guarded.to_dict(),
             "revision": self.served.revision,

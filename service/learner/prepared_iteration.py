@@ -34,13 +34,13 @@ class CommittedIteration:
 
 @dataclass(frozen=True, slots=True)
 class RateCoverage:
-    """When each bin of the rate range was covered last (bins,) [s], and how often clocks had begun anew by then."""
+    """The last time (bins,) [s] at which each bin of the rate range was covered, and the clocks' restarts by then."""
 
     at: Array
     clock_restarts: int = 0
 
     def over(self, batch: Samples, rate_range: tuple[float, float], clock_restarts: int) -> RateCoverage:
-        """With this batch."""
+        """The coverage after this batch."""
         at = self.at.copy()
         if clock_restarts > self.clock_restarts:
             # The stamps begin at zero again: what was covered before counts as of then.

@@ -1,4 +1,4 @@
-"""What an iteration says to the world: the learner's records in the forms of the bus."""
+"""The learner's records of an iteration in the forms of the bus."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class NothingLearned(BadInput):
 
 @dataclass(frozen=True, slots=True)
 class ServedModel:
-    """What queries are answered from; replaced as a whole."""
+    """The model that queries are answered from; replaced as a whole."""
 
     model: Model
     revision: int
@@ -105,7 +105,7 @@ def textbook_coefficients(served: ServedModel, boot: str) -> wire.Coefficients:
 
 
 def damping_reply(model: Model, asked: DampingQuery, iteration: int, revision: int) -> wire.DampingReply:
-    """What a model of this iteration and revision says of what is asked.
+    """The reply of a model of this iteration and revision to a question for damping.
 
     Raises:
         NothingLearned: ask again later.

@@ -1,4 +1,4 @@
-"""What a query to the learner asks: its parameters and its payload, checked."""
+"""The checked parameters and payload of a query to the learner."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MAX_QUESTION_BYTES = 250_000
 
 
 def effect_name(query: zenoh.Query) -> str:
-    """Which effect an operator decides on."""
+    """The effect that an operator decides on."""
     name = parameters(query, "effect").get("effect")
     if not name:
         raise BadInput("name the effect, such as ?effect=torque_lag")

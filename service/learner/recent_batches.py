@@ -1,4 +1,4 @@
-"""What the last few batches since this start say of the motion: how much of it is evidence, and what is too quick."""
+"""The motion of the last few batches since this start: its share of evidence, and motion too fast for the streams."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class RecentBatches:
         self._excitation: deque[Excitation] = deque(maxlen=RECENT_BATCHES)
         self._samples: deque[Samples] = deque(maxlen=RECENT_BATCHES)
         self.unresolved: ResolutionFault | None = None
-        """What is too quick for the streams."""
+        """The fault of motion that is too fast for the streams."""
 
     def add(self, excitation: Excitation, batch: Samples, smoothing: float) -> None:
         """A batch was learned, of samples that were smoothed over so long [s]."""
@@ -29,6 +29,6 @@ class RecentBatches:
 
     @property
     def excitation(self) -> Excitation | None:
-        """How much of them was evidence about damping; None before the first."""
+        """The share of these batches that was evidence about damping; None before the first."""
         parts = tuple(self._excitation)
         return Excitation.together(parts) if parts else None

@@ -120,12 +120,12 @@ class StandIn:
             self._believed_ends.pop()
 
     def change_effects(self, effects: Compensation | None) -> None:
-        """From now on these effects are in force, and the model was learned with them."""
+        """Takes these effects as in force, with a model that was learned with them."""
         self._effects, self._pending_trial = effects, None
         self.experience = self.experience.under_other_effects()
 
     def since_measured(self, model: Model, smoothing: float, believed: bool) -> ForecastFromStart:
-        """From the last measurement to the newest torque.
+        """The forecast from the last measurement to the newest torque.
 
         Args:
             smoothing: width of the filter now [s].
@@ -142,7 +142,7 @@ class StandIn:
     def under(
         self, model: Model, smoothing: float, believed: bool, t: Array, torque: Array, at: Array
     ) -> ForecastFromStart:
-        """From the last measurement on under a torque that somebody plans: times (n,) from then on [s], and [N m]."""
+        """The forecast from the last measurement on under a planned torque: times (n,) from then on [s], and [N m]."""
         start, _, newest, past = self._begin(smoothing, believed)
         profile = start.time + t, torque
         return self._ahead(model, smoothing, start, profile, start.time + at, newest, past)
@@ -160,7 +160,7 @@ class StandIn:
         return ForecastFromStart(start, found, newest)
 
     def _surroundings(self, past: Grid, smoothing: float, newest: float) -> Surroundings | None:
-        """What else moves the axis; None where nothing does."""
+        """The other influences on the axis; None if there are none."""
         names, body = self._names(), self._coupled
         if not names and body is None and self._effects is None:
             return None
@@ -195,7 +195,7 @@ class StandIn:
         return effects is None or not effects.of_heading or HEADING in self._signals.channels
 
     def _begin(self, smoothing: float, believed: bool) -> tuple[Start, Stream, float, Grid]:
-        """Where an estimate starts, the torque from there on, the newest stamp of it, and what came until the start."""
+        """The start of an estimate, the torque from there on with its newest stamp, and the streams until the start."""
         until = math.inf
         if not believed:
             if not self._believed_ends:
@@ -232,7 +232,7 @@ class StandIn:
         return Grid.of(parts[0], parts[1], smoothing, self._signals.sample_period, held)
 
     def _stream(self, stream: str) -> Stream:
-        """What is kept of it and is a measurement, by rising stamps, each once."""
+        """The recent measurements of a stream, by rising stamps, each once."""
         with self._lock:
             time, value = (np.array(kept) for kept in self._raw[stream])
         limits = {YAW_RATE: self._signals.rate_limit, TORQUE: self._signals.torque_limit}

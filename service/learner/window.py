@@ -20,7 +20,7 @@ for; and the length at which older data are forgotten, many at once, because for
 
 
 class Window:
-    """What came within the last `length` seconds of the vehicle's time: yaw rate, torque and configured channels."""
+    """The streams of the last `length` seconds of the vehicle's time: yaw rate, torque and configured channels."""
 
     def __init__(self, settings: SignalSettings, length: float) -> None:
         self._length = length

@@ -1,4 +1,4 @@
-"""What the ledger says of live tracing: each step with its evidence, what was found, what is in force, in its words."""
+"""The ledger of live tracing: each step with its evidence, the findings, the effects in force."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def promotable(
 
 
 def _candidates(state: TracingState) -> Iterator[tuple[Role, TraceContent]]:
-    """What is proven and what is suspected, where there is such a trace."""
+    """The proven and the suspected trace, if there is one."""
     if state.proven is not None:
         yield "proven", state.proven
     if state.suspect is not None:
@@ -61,7 +61,7 @@ def last_step(state: TracingState, names: Sequence[str]) -> str | None:
 
 
 def together(name: str, names: Sequence[str]) -> str:
-    """What else was promoted or withdrawn with this effect."""
+    """The other effects that were promoted or withdrawn with this one."""
     others = [each for each in names if each != name]
     return f", together with {', '.join(others)}, which one trace found beside it" if others else ""
 

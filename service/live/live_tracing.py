@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 
 
 class LiveTracing:
-    """What is traced while a learner learns.
+    """The live tracing of a learner.
 
     Args:
         config: of the learner.
@@ -52,7 +52,7 @@ class LiveTracing:
         self._watch = WorkerWatch()
 
     def to_dict(self) -> dict[str, Any]:
-        """All that must survive a restart, as plain data."""
+        """The durable state as plain data."""
         return self.state.to_dict()
 
     @property
@@ -63,18 +63,18 @@ class LiveTracing:
 
     @property
     def since(self) -> float:
-        """From this time on the vehicle is known to be as the effects in force say [s]."""
+        """The time from which on the effects in force are known to apply [s]."""
         since = None if self.state.active is None else self.state.active.since
         return -math.inf if since is None else since
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What is wrong with the process beside, for health. From any thread."""
+        """The sentences on faults of the tracing process, for health. From any thread."""
         return self._watch.notices()
 
     @property
     def work(self) -> Work | None:
-        """What the process beside does now."""
+        """The present work of the tracing process."""
         return None if self._child is None or self._work is None else self._work[0]
 
     def after(self, node: LearnerNode) -> bool:
@@ -188,7 +188,7 @@ class LiveTracing:
         raise BadInput(f"{name[:80]} is not in force here, so it cannot be withdrawn; {ledger.in_force(now)}")
 
     def put_back(self, node: LearnerNode, instead: TracingState, why: str) -> None:
-        """What was in force before stays so, because the learner could not change over."""
+        """Restores the effects in force before, because the learner could not switch."""
         tried, newest = self.effects, node.served.t or self.state.unseen_from
         self._enter(instead)
         about = self.effects if tried is None else tried
@@ -204,7 +204,7 @@ class LiveTracing:
             self._child = None
 
     def _conclude_failure(self, work: Work, end: BatchEnd, before: TracingState, why: str) -> None:
-        """As before, but for what the same data would only fail at again: the next try is on fresh data."""
+        """The state after a failure: the next try is on fresh data, because the same data would fail again."""
         newest, revision = end.time, end.served.revision
         trace = work == "trace"
         told = f"the {'trace' if trace else 'proof'} failed: {why}"
@@ -259,7 +259,7 @@ class LiveTracing:
         self._note(revision, newest, decision.step, decision.why, *names, content=compared)
 
     def _enter(self, state: TracingState) -> None:
-        """From now on live tracing stands here, and these effects are in force."""
+        """Takes this as the state of live tracing, with these effects in force."""
         self.effects = None if state.active is None else self._effects(state.active)
         self.state = state
 

@@ -1,4 +1,4 @@
-"""What becomes of traced effects that were compared on fresh data, under `advise` or `adopt`, as the ledger says it."""
+"""The decision on traced effects after a comparison on fresh data, under `advise` or `adopt`, for the ledger."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from service.live.tracing_state import TRIAL_PART, Role, TracingState
 
 @dataclass(frozen=True, slots=True)
 class ProofDecision:
-    """What becomes of them.
+    """The decision on the compared effects.
 
     Attributes:
         verdict: how live tracing goes on.
@@ -43,7 +43,7 @@ def decide_proof(
     settings: Tracing,
     words: AxisWords = YAW_WORDS,
 ) -> ProofDecision:
-    """What becomes of the effects of these names.
+    """The decision on the effects of these names.
 
     Args:
         state: of live tracing before.

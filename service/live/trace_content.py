@@ -54,7 +54,7 @@ class TraceContent:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
+        """The fields as plain data."""
         proof = {} if self.proof is None else {"proof": {"error": self.proof.error, "until": self.proof.until}}
         return {
             "effects": list(self.effects),

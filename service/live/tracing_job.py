@@ -58,8 +58,8 @@ def main(folder: Path) -> int:
 
 
 def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
-    """What a piece of work answers, of the axis as if by itself: what its body takes, and what the learned damping says
-    of further velocities, is taken from the torque before.
+    """The result of a piece of work on one axis alone: the terms of its body, and the part of the learned damping that
+    further velocities add, are subtracted from the torque before.
 
     Raises:
         BadInput: the data cannot answer.

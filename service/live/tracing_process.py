@@ -78,7 +78,7 @@ class TracingProcess:
         return self.process.poll() is not None or time.monotonic() > self._until
 
     def answer(self) -> Any:
-        """What it found, once it has ended.
+        """The result of the process, once it has ended.
 
         Raises:
             WorkerDied: it was killed, hung or failed, in one sentence.

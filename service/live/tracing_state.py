@@ -1,4 +1,4 @@
-"""Where live tracing stands, as a value: what is suspected, proven and in force, and what is to be done next.
+"""The state of live tracing as a value: effects suspected, proven and in force, and the next work.
 
     trace → suspected → proof on fresh data → promoted → tried again and again → withdrawn
 
@@ -31,7 +31,7 @@ MAX_BETS = 10
 MAX_STEPS = 60
 """Steps that the history keeps; the oldest go."""
 RESIDUAL = "residual"
-"""What a step is about that is about no effect."""
+"""The subject of a step that concerns no effect."""
 
 Work = Literal["trace", "prove"]
 Role = Literal["suspected", "proven", "active"]
@@ -40,7 +40,7 @@ Mode = Literal["off", "advise", "adopt"]
 
 @dataclass(frozen=True, slots=True)
 class TracingState:
-    """All that survives a restart.
+    """The durable state of live tracing.
 
     Attributes:
         active: the trace whose effects are in force.
@@ -82,7 +82,7 @@ class TracingState:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data, in the form of the durable state."""
+        """The fields as plain data, in the form of the durable state."""
         contents = {"force": self.active, "shadow": self.suspect, "proven": self.proven}
         return {
             **{key: None if content is None else content.to_dict() for key, content in contents.items()},
@@ -107,7 +107,7 @@ class TracingState:
         return min(others, key=lambda one: 0.0 if one[1].proof is None else one[1].proof.until, default=None)
 
     def due(self, newest: float, window: float, proof: float) -> Work | None:
-        """What is to be done now that a full window reaches up to `newest` [s].
+        """The work that is due when a full window reaches up to `newest` [s].
 
         Effects are proven whenever enough is fresh. A trace begins where nothing is suspected, and sees something that
         the trace before has not seen.
@@ -125,13 +125,13 @@ class TracingState:
         return "trace" if self.suspect is None and rested else None
 
     def after_clock_restart(self, newest: float) -> TracingState:
-        """Where the vehicle's clock stands before what was seen, all counts from now."""
+        """The state after a restart of the vehicle's clock: all times count from now."""
         if newest >= max(self.unseen_from, self.traced_until or 0.0):
             return self
         return replace(self, unseen_from=newest, traced_until=None)
 
     def with_step(self, step: Mapping[str, Any], about: Sequence[str] = (RESIDUAL,)) -> TracingState:
-        """With a step in the history, about each of these."""
+        """The state with a further step of the history for each of these effects."""
         steps = tuple({"effect": name, **step} for name in about)
         return replace(self, history=(*self.history, *steps)[-MAX_STEPS:])
 

@@ -14,7 +14,7 @@ from service.live.tracing_state import FRESH_PART, TRIAL_PART, TracingState, Wor
 
 
 class Worker(Protocol):
-    """What works beside the learner, as `service.live.tracing_process.TracingProcess` does in a process of its own."""
+    """A worker beside the learner, such as `service.live.tracing_process.TracingProcess` in a process of its own."""
 
     @property
     def has_ended(self) -> bool: ...
@@ -66,7 +66,7 @@ def _job(config: Config, state: TracingState, work: Work, newest: float) -> dict
 
 
 def _fresh(settings: Tracing, state: TracingState, newest: float) -> float:
-    """Where the data of a proof begin that its effects have not seen [s].
+    """The begin of the data of a proof that are unseen by its effects [s].
 
     It is the same at each look at suspected effects, and so are the models: their bets go on where they stood.
     """
@@ -76,7 +76,7 @@ def _fresh(settings: Tracing, state: TracingState, newest: float) -> float:
 
 
 def _since(settings: Tracing, state: TracingState, newest: float) -> float:
-    """Where the data of a proof begin [s]: no earlier than those in which its effects were found."""
+    """The begin of the data of a proof [s]: no earlier than those in which its effects were found."""
     begins, under_test = _fresh(settings, state, newest) - (1.0 - TRIAL_PART) * settings.window, state.under_test
     since = None if under_test is None else under_test[1].since
     return begins if since is None else max(begins, since)

@@ -32,7 +32,7 @@ class WorkerWatch:
         self._work = work, self._clock()
 
     def end(self) -> None:
-        """It has an answer, if only that the data cannot tell."""
+        """Notes that the worker gave a result, even one that the data do not suffice."""
         self._work, self._deaths = None, 0
 
     def fail(self, work: Work, why: str) -> None:
@@ -41,7 +41,7 @@ class WorkerWatch:
         self._death = f"{_WORK_NAMES[work]} gave no result: {why}"
 
     def notices(self) -> tuple[str, ...]:
-        """What is wrong now, as sentences."""
+        """The sentences on present faults."""
         found, work = [], self._work
         if self._deaths:
             often = "once" if self._deaths == 1 else f"{self._deaths} times one after the other"

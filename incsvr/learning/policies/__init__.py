@@ -1,1 +1,1 @@
-"""Which samples the learner keeps, over one velocity or several: the paper's policy, and one of weighted vectors."""
+"""The policies that select the learner's samples, over one velocity or several: the paper's, and weighted vectors."""

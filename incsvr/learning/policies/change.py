@@ -42,7 +42,7 @@ ALARM_LOG_ODDS = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What some samples say about the correction.
+    """The evidence of some samples about the correction.
 
     Attributes:
         information: A (p, p).

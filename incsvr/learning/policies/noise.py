@@ -54,7 +54,7 @@ class Noise:
 
     @property
     def worth(self) -> float:
-        """How many independent samples one sample is worth in a mean: (1 − ρ)/(1 + ρ)."""
+        """The number of independent samples per sample in a mean: (1 − ρ)/(1 + ρ)."""
         return (1.0 - self.correlation) / (1.0 + self.correlation)
 
     def after(self, residual: Array, index: NDArray[np.intp], rate: Array) -> Noise:

@@ -36,7 +36,7 @@ MIN_WEIGHT_SHARE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """What the paper's policy carries from one iteration to the next.
+    """The memory of the paper's policy between two iterations.
 
     Attributes:
         vectors: (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch, with their further

@@ -83,7 +83,7 @@ class Probation:
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """What is remembered between two batches.
+    """The memory between two batches.
 
     Attributes:
         seen: batches so far, as far as they count.

@@ -56,7 +56,7 @@ NEIGHBOUR_SAMPLES = 7
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """What the weighted policy carries from one iteration to the next.
+    """The memory of the weighted policy between two iterations.
 
     Attributes:
         vectors: at most `capacity`.

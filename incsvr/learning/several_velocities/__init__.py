@@ -1,1 +1,1 @@
-"""What only damping over several velocities needs, d(ν): the paper leaves it for later (Section V)."""
+"""The parts that only damping over several velocities needs, d(ν), the paper's future work (Section V)."""

@@ -35,7 +35,7 @@ TAMING_ROUNDS = 5
 
 @dataclass(frozen=True, slots=True)
 class Drag:
-    """Which terms the drag of one axis has.
+    """The terms of the drag of one axis.
 
     Attributes:
         linear: velocities i of νᵢ and νᵢ|νᵢ|; the own one is 0 and stands first.
@@ -111,7 +111,7 @@ def fitted(phi: Array, damping: Array, count: Array, sigma: float) -> Array:
 
 
 def share_left(damping: Array, left: Array, count: Array, sigma: float) -> float:
-    """By what C is multiplied for what the drag leaves over: its part of the whole in power, noise apart,
+    """The factor on C for the remainder of the drag: its share of the power, without noise,
     MIN_C_SHARE to 1.
 
     Where the loss is |e| and a function is as large as s, the best C is s² over the noise (the Laplace density beside a

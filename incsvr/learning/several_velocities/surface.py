@@ -1,4 +1,4 @@
-"""What a model over several velocities holds beside one of one, and how it answers."""
+"""The additional fields and the predictions of a model over several velocities."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ class Surface:
         )
 
     def predict(self, velocity: Array) -> Prediction:
-        """At (n, d) velocities in their units.
+        """The prediction at (n, d) velocities in their units.
 
         The doubt is that of a Gaussian process with explicit basis functions (Rasmussen and Williams, 2006, Eq. 2.41):
         small among the vectors, the drag's own far from them.
@@ -213,7 +213,7 @@ class Surface:
 
 
 def _reach(u: Array) -> float:
-    """How far the cloud of (m, d) scaled vectors goes beyond each of them."""
+    """The reach of the cloud of (m, d) scaled vectors beyond each of them."""
     if u.shape[0] < 2:
         return MIN_DISTANCE_SHARE
     apart = distances(u, u)

@@ -1,1 +1,1 @@
-"""How the dual of Eq. 7 is solved (`incsvr.learning.dual` is the way in)."""
+"""The solver of the dual of Eq. 7, called by `incsvr.learning.dual`."""

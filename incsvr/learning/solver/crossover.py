@@ -1,4 +1,4 @@
-"""From a point near the solution to the solution itself, once it is known which weights lie between their bounds."""
+"""The step from a point near the solution to the solution itself, once the weights between bounds are known."""
 
 from __future__ import annotations
 

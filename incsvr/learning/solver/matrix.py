@@ -31,7 +31,7 @@ class Factored:
         return np.asarray(self._LT.dot(theta).dot(self._LT))
 
     def apart(self, theta: Array, carried: Array) -> Array:
-        """By how much what is carried is off Lᵀθ."""
+        """The error of the carried vector against Lᵀθ."""
         return np.asarray(self._LT.dot(theta) - carried)
 
     def between(self, free: NDArray[np.intp], theta: Array) -> tuple[Array, Array]:

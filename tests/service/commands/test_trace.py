@@ -76,7 +76,7 @@ def test_an_inertia_that_is_far_too_small_has_a_report_of_one_file(
     found = json.loads(kept.read_text(encoding="utf-8"))
     assert found["declared"]["inertia"] == 30.0
     assert found["inertia"] == pytest.approx(350.0, rel=0.15)
-    assert "do not fit each other by a factor" in found["headline"]
+    assert "disagree by a factor" in found["headline"]
     page = report.read_text(encoding="utf-8")
     assert f"{found['inertia']:.3g} kg m² in use" in page
     assert "bias_torque" in page
