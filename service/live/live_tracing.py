@@ -99,12 +99,16 @@ class LiveTracing:
 
     def _due(self, node: LearnerNode, end: BatchEnd) -> Work | None:
         """What is to be done with the data until the end of a batch."""
-        if node.batches.window_end(end.time) != end.time:  # it is not full yet, or its data have gone
-            return None
         if self._config.further_inputs and not end.served.model.is_trained:  # what they take is not known yet
             return None
-        self.state = self.state.after_clock_restart(end.time)
-        return self.state.due(end.time, self._config.tracing.window, self._config.tracing.proof)
+        window, batches = self._config.tracing.window, node.batches
+        self.state = self.state.after_clock_restart(end.time).with_data_from(batches.window_begin, window)
+        work = self.state.due(end.time, window, self._config.tracing.proof)
+        # A proof of what was suspected before a restart needs less than a full window.
+        begun_again = work == "prove" and self.state.suspect is not None and self.state.bets_from is not None
+        if begun_again or batches.window_end(end.time) == end.time:  # else its data are not there, or have gone
+            return work
+        return None
 
     def _start(self, node: LearnerNode, work: Work, end: BatchEnd) -> bool:
         """Starts it beside the learner, where nothing else is at work; True where the ledger says more than before."""

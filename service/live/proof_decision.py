@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -55,8 +54,7 @@ def decide_proof(
     step: str
     won = 0.0
     if role == "suspected":
-        until = -math.inf if content.until is None else content.until
-        at_last = newest + settings.proof > until + TRIAL_PART * settings.window
+        at_last = newest + settings.proof > state.trial_from + TRIAL_PART * settings.window
         count, earlier = state.prior_bet
         won, comparison = comparison.won, comparison.after(earlier)
         step = verdict = on_trial(comparison, level(count), at_last)

@@ -12,6 +12,7 @@ came and how long the process took.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
@@ -54,6 +55,8 @@ class TracingState:
             one bet after another is multiplied.
         vetoed: effects that an operator has withdrawn: nobody else promotes them again.
         history: every step, in the ledger's form.
+        bets_from: where the data begin that are bet on what is suspected [s], where the raw data of its trace are gone;
+            None: where its trace ended. A restart sets it anew.
     """
 
     active: TraceContent | None = None
@@ -65,6 +68,7 @@ class TracingState:
     bets: Mapping[str, tuple[int, float]] = field(default_factory=dict)
     vetoed: tuple[str, ...] = ()
     history: tuple[dict[str, Any], ...] = ()
+    bets_from: float | None = None
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> TracingState:
@@ -117,7 +121,8 @@ class TracingState:
             window, proof: as configured [s].
         """
         wanted = proof if self.suspect else TRIAL_PART * window
-        if self.under_test is not None and newest >= self.unseen_from + wanted:
+        unseen_from = self.unseen_from if self.suspect is None else max(self.unseen_from, self.trial_from)
+        if self.under_test is not None and newest >= unseen_from + wanted:
             return "prove"
         # What was found is only found again.
         rest = FRESH_PART * window if self.proven is None and self.active is None else window
@@ -128,7 +133,23 @@ class TracingState:
         """The state after a restart of the vehicle's clock: all times count from now."""
         if newest >= max(self.unseen_from, self.traced_until or 0.0):
             return self
-        return replace(self, unseen_from=newest, traced_until=None)
+        return replace(self, unseen_from=newest, traced_until=None, bets_from=-math.inf)
+
+    @property
+    def trial_from(self) -> float:
+        """Where the data begin that are bet on what is suspected [s]; −∞ where that is not known."""
+        if self.bets_from is not None or self.suspect is None or self.suspect.until is None:
+            return -math.inf if self.bets_from is None else self.bets_from
+        return self.suspect.until
+
+    def with_data_from(self, first: float, window: float) -> TracingState:
+        """Where all raw data begin at `first` [s], as after a restart, and what is suspected is of earlier ones.
+
+        It stays suspected, and is bet on once half a window of data has come from which the models learn.
+        """
+        if self.suspect is None or self.trial_from >= first:
+            return self
+        return replace(self, bets_from=first + TRIAL_PART * window)
 
     def with_step(self, step: Mapping[str, Any], about: Sequence[str] = (RESIDUAL,)) -> TracingState:
         """The state with a further step of the history for each of these effects."""
@@ -143,7 +164,8 @@ class TracingState:
         others = [(name, bet) for name, bet in self.bets.items() if name != found.key]
         bets = dict([*others[1 - MAX_BETS :], (found.key, (count, won))])
         suspicions = max(count, self.suspicions)
-        return replace(self, suspect=found, traced_until=newest, unseen_from=newest, suspicions=suspicions, bets=bets)
+        on = replace(self, suspect=found, traced_until=newest, unseen_from=newest, bets_from=None)
+        return replace(on, suspicions=suspicions, bets=bets)
 
     @property
     def prior_bet(self) -> tuple[int, float]:
@@ -151,12 +173,11 @@ class TracingState:
         return (1, 0.0) if self.suspect is None else self.bets.get(self.suspect.key, (max(self.suspicions, 1), 0.0))
 
     def overdue(self, newest: float, window: float) -> bool:
-        """Whether half a window passed since the trace of what is suspected: the data before it are going, and a proof
-        that could not be made by then cannot be made."""
-        if self.suspect is None:
-            return False
-        until = newest if self.suspect.until is None else self.suspect.until
-        return newest >= until + TRIAL_PART * window
+        """Whether half a window passed since bets on what is suspected could begin.
+
+        The data before are going, and a proof that could not be made by then cannot be made.
+        """
+        return math.isfinite(self.trial_from) and newest >= self.trial_from + TRIAL_PART * window
 
     def after_proof(
         self, newest: float, verdict: Verdict, error: Mapping[str, Any] | None = None, won: float = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from typing import Any, Protocol
@@ -71,8 +72,7 @@ def _fresh(settings: Tracing, state: TracingState, newest: float) -> float:
     It is the same at each look at suspected effects, and so are the models: their bets go on where they stood.
     """
     longest = newest - TRIAL_PART * settings.window
-    suspect = state.suspect
-    return longest if suspect is None or suspect.until is None else suspect.until
+    return state.trial_from if state.suspect is not None and math.isfinite(state.trial_from) else longest
 
 
 def _since(settings: Tracing, state: TracingState, newest: float) -> float:
