@@ -17,6 +17,7 @@ from math import sqrt
 import numpy as np
 
 from incsvr.learning.model import Model
+from incsvr.learning.prediction import Prediction
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
@@ -53,14 +54,15 @@ class Disagreement:
             return 1.0
         return sqrt(self.excess / self.claimed)
 
-    def after(self, model: Model, samples: Samples, fastest: float) -> Disagreement:
+    def after(self, model: Model, samples: Samples, said: Prediction, fastest: float) -> Disagreement:
         """The disagreement with further samples that a trained model has not learned from.
 
         Args:
             samples: (n,) of them.
+            said: (n,) what the model says at their velocities.
             fastest: the vehicle's largest |r| [rad/s].
         """
-        said, rate, damping = model.at(samples), samples.yaw_rate, samples.damping
+        rate, damping = samples.yaw_rate, samples.damping
         cell = 2 * np.minimum((SIDE_GROUPS * np.abs(rate) / fastest).astype(np.intp), SIDE_GROUPS - 1) + (rate > 0.0)
         sizes = np.bincount(cell[~said.extrapolated], minlength=2 * SIDE_GROUPS)
         known = (~said.extrapolated) & (sizes[cell] >= MIN_GROUP_SAMPLES)

@@ -163,10 +163,14 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
     waiting = state.waiting.with_batch(replace(batch, yaw_rate=rate), driven)
     water, disagreement = state.water.after(alone, driven), state.disagreement
     samples = waiting.samples
+    said = before.at(batch) if before.is_trained else None
     if len(samples) and BATCH_PARTS * len(samples) >= min(settings.batch, len(batch)):
         predicted = before.learned(samples) if before.is_trained else None
-        if before.is_trained:
-            disagreement = disagreement.after(before, samples, max(abs(end) for end in settings.rate_range))
+        if said is not None:
+            # Most often the samples are the batch: then it has been asked.
+            alike = np.array_equal(samples.time, batch.time) and np.array_equal(samples.yaw_rate, batch.yaw_rate)
+            of_samples = said if alike else before.at(samples)
+            disagreement = disagreement.after(before, samples, of_samples, max(abs(end) for end in settings.rate_range))
         policy = _POLICIES[settings.policy]
         memory, iteration = policy.learn(settings, number, state.memory, before, samples, predicted, waiting.place)
         waiting = Waiting.empty()
@@ -189,7 +193,7 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         model=model,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
         undriven=batch.take(~driven),
-        progressive_mae=_mean_error(before, batch),
+        progressive_mae=None if said is None else float(np.mean(np.abs(said.damping - batch.damping))),
     )
     return State(number, model, state.policy, memory, recent, waiting, water, disagreement), iteration
 
@@ -221,10 +225,3 @@ def _checked(settings: Settings, state: State, batch: Samples) -> Samples:
                 f"a batch lacks {name} at some samples, over which damping is learned; leave such samples out"
             )
     return Samples(batch.time, batch.yaw_rate, batch.damping, {name: batch.channels[name] for name in settings.others})
-
-
-def _mean_error(model: Model, batch: Samples) -> float | None:
-    """Mean |d(x) − y| of a batch [N m], d the curve that was served, continuation and all; None before one was."""
-    if not model.is_trained:
-        return None
-    return float(np.mean(np.abs(model.at(batch).damping - batch.damping)))

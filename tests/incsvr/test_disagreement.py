@@ -22,13 +22,17 @@ def _samples(rate: Array, damping: Array) -> Samples:
     return Samples(np.arange(rate.size, dtype=np.float64), rate, damping)
 
 
+def with_batch(found: Disagreement, model: Model, samples: Samples) -> Disagreement:
+    return found.after(model, samples, model.at(samples), 0.25)
+
+
 def after(model: Model, error: float, batches: int = 20, seed: int = 1) -> Disagreement:
     """Batches of which each is off by one moment of this deviation [N m], beside noise of 4 N m."""
     rng, found = np.random.default_rng(seed), Disagreement()
     for _ in range(batches):
         rate: Array = rng.uniform(-0.24, 0.24, 50)
         damping = drag(rate) + 4.0 * rng.normal(size=50) + error * rng.normal()
-        found = found.after(model, _samples(rate, damping), 0.25)
+        found = with_batch(found, model, _samples(rate, damping))
     return found
 
 
@@ -48,11 +52,11 @@ def test_it_is_forgotten(model: Model) -> None:
     rng = np.random.default_rng(2)
     for _ in range(40):
         rate: Array = rng.uniform(-0.24, 0.24, 50)
-        found = found.after(model, _samples(rate, drag(rate) + 4.0 * rng.normal(size=50)), 0.25)
+        found = with_batch(found, model, _samples(rate, drag(rate) + 4.0 * rng.normal(size=50)))
     assert found.widening < 1.5
 
 
 def test_few_samples_and_rates_that_were_never_learned_say_nothing(model: Model) -> None:
     nothing = Disagreement()
-    assert nothing.after(model, _samples(np.full(50, 0.6), np.zeros(50)), 0.25) == nothing
-    assert nothing.after(model, _samples(np.array([0.1, 0.1]), np.array([500.0, 500.0])), 0.25) == nothing
+    assert with_batch(nothing, model, _samples(np.full(50, 0.6), np.zeros(50))) == nothing
+    assert with_batch(nothing, model, _samples(np.array([0.1, 0.1]), np.array([500.0, 500.0]))) == nothing
