@@ -47,7 +47,7 @@ class EffectsAhead:
 
 
 class EffectsOnRuns:
-    """On n runs from `first` (n,) on, which all go on step by step; it remembers the water."""
+    """The effects on n runs from `first` (n,) on, step by step, with the memory of the water."""
 
     def __init__(
         self,

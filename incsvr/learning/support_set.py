@@ -68,7 +68,7 @@ class SupportSet:
 
     @property
     def slope_by_water(self) -> float:
-        """By how much regression may be off in the slope at most where the water moved the vehicle [N m s].
+        """The largest error of regression in the slope where the water moved the vehicle [N m s].
 
         The water makes motion of mean square s² with moments of deviation m, and what was learned moves by R²: it is
         m s/(s² + R²).

@@ -1,4 +1,4 @@
-"""What the learning says of yaw, in the words of the axis that is learned.
+"""The sentences of the learning, in the words of the axis that is learned.
 
 Excitation, resolution and offsets are judged without knowing the axis, and their sentences name yaw's quantities. Who
 passes such a sentence on puts the axis's own in their place.

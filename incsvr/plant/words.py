@@ -65,7 +65,7 @@ class AxisWords:
     other_unit: str = "degrees per second"
 
     def stream(self, name: str) -> str:
-        """What one of the two streams `yaw_rate` and `torque` is called, which are any axis's here."""
+        """The words for one of the two streams `yaw_rate` and `torque`, which are any axis's here."""
         return self.rate if name == YAW.rate else self.effort
 
     def fill(self, template: str) -> str:

@@ -38,7 +38,7 @@ def _level(motion: WholeMotion) -> NDArray[np.intp]:
 
 
 def _spread(first: NDArray[np.intp]) -> NDArray[np.intp]:
-    """At most MAX_WINDOWS of the windows, spread evenly."""
+    """A selection of at most MAX_WINDOWS windows, spread evenly."""
     return first[np.linspace(0, first.size - 1, min(first.size, MAX_WINDOWS)).astype(np.intp)]
 
 

@@ -1,4 +1,4 @@
-"""How well a vehicle's parameters are known: intervals of 95 % from fits that each lack one block of the recording."""
+"""Intervals of 95 % of a vehicle's parameters, from fits that each lack one block of the recording."""
 
 from __future__ import annotations
 

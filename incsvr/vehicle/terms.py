@@ -18,7 +18,7 @@ LINEAR, QUADRATIC = "linear", "quadratic"
 CROSS, CROSS_SIZE, PRODUCT, SQUARE = "cross", "cross_size", "product", "square"
 """c ν_j; c |ν_j| ν_k; c ν_j ν_k; c ν_j²."""
 EFFORT, INFLOW, REVERSE, BIAS = "effort", "inflow", "reverse", "bias"
-"""Another axis's effort, −c τ_j; effort lost with speed, c τ |ν_j|; weak reverse thrust, c τ if τ < 0; a constant."""
+"""Terms of an effort: another axis's, −c τ_j; lost with speed, c τ |ν_j|; weak in reverse, c τ if τ < 0; a constant."""
 WEIGHT, RIGHTING = "weight", "righting"
 """Weight less buoyancy, −c times the downward direction; the righting moment, c sin φ cos θ or c sin θ."""
 

@@ -17,7 +17,7 @@ from service.wire import Health, ModelSnapshot
 
 @dataclass(frozen=True, slots=True)
 class AxisState:
-    """What the learner of one axis answers: its health, and its model, where there is one."""
+    """The answers of one axis's learner: its health, and its model, if there is one."""
 
     health: Health
     model: ModelSnapshot | None

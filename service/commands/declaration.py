@@ -22,7 +22,7 @@ from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
 DOUBT_HEADLINE = "the declared {inertia} and the {effort} disagree by a factor, see the note"
-"""What a headline says of a declaration that is doubted: a template of `AxisWords`."""
+"""The clause of a headline on a doubted declaration: a template of `AxisWords`."""
 PULSE_RANGE_US = (800.0, 2200.0)
 """A servo's pulse is between these [µs]."""
 NEUTRAL_PULSE_US = 1500.0

@@ -30,7 +30,7 @@ MAX_FILE_BYTES = 64 * 1024**2
 NO_ANSWER = 2
 """Exit status where the log cannot answer."""
 FIRST_TO_END = "1000"
-"""Of the processes of a machine that runs out of memory, Linux ends the one with this score first."""
+"""The score of the process that Linux ends first when memory runs out."""
 
 
 def main(folder: Path, words: Sequence[str]) -> int:

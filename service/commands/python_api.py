@@ -97,7 +97,7 @@ class CommandResult:
 
 @dataclass(frozen=True, slots=True)
 class FitResult(CommandResult):
-    """What was learned."""
+    """The result of `fit`."""
 
     pictures: FitPictures = field(repr=False)
 
@@ -108,7 +108,7 @@ class FitResult(CommandResult):
 
 @dataclass(frozen=True, slots=True)
 class TraceResult(CommandResult):
-    """What the declared model lacks."""
+    """The result of `trace`."""
 
     trace: Trace = field(repr=False)
 

@@ -54,7 +54,7 @@ def look(client: Client) -> tuple[Health, ModelSnapshot | None]:
 
 
 def look_at_axes(client: Client, health: Health) -> dict[str, AxisState]:
-    """What the learners of all axes of the vehicle answer, where the process learns several.
+    """The answers of the learners of all axes of the vehicle, if the process learns several.
 
     Raises:
         NoAnswer: nobody answers in time.
@@ -80,7 +80,7 @@ def text(
 
 
 def _plain(state: AxisState) -> dict[str, Any]:
-    """As JSON holds it."""
+    """The value as JSON writes it."""
     model = state.model
     return {
         "health": state.health.model_dump(mode="json"),

@@ -42,7 +42,7 @@ GRAVITY = 9.81
 
 @dataclass(frozen=True, slots=True)
 class FileContent:
-    """What learners need of a vehicle file. `incsvr.vehicle.Vehicle` holds all of it, and takes 60 MB to load.
+    """The part of a vehicle file that learners need. `incsvr.vehicle.Vehicle` holds all of it, and takes 60 MB to load.
 
     Attributes:
         name: of the vehicle, as the configuration takes it.
@@ -145,7 +145,7 @@ def _place(axis: str) -> int:
 
 
 def _place_of_prefix(values: Mapping[str, Any]) -> tuple[str, str]:
-    """What the prefixes of all axes begin with, and the axis that the configured one ends with, or nothing."""
+    """The common begin of the prefixes of all axes, and the axis that the configured one ends with, or nothing."""
     prefix = str(values.get("prefix", Config.model_fields["prefix"].default))
     above, slash, last = prefix.rpartition("/")
     return (f"{above}{slash}", last) if last in AXES else (f"{prefix}/", "")
@@ -181,7 +181,7 @@ def _by_axis(
 
 
 def _differing(entry: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
-    """What of an entry of `also` is not as at the top."""
+    """The values of an entry of `also` that differ from the top's."""
     found = {}
     for name, value in entry.items():
         above = top.get(name)
@@ -195,7 +195,7 @@ def _differing(entry: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, An
 
 
 def _learner(vehicle: FileContent, axis: str) -> dict[str, Any]:
-    """What the file says of the learner of one axis."""
+    """The settings of the learner of one axis, by the file."""
     fastest = float(f"{max(vehicle.fastest[axis], MIN_FASTEST):.3g}")
     damping = _largest_damping(vehicle, axis, fastest)
     section = {

@@ -24,7 +24,7 @@ CURES = {
     ),
     frozenset({"wrong_encoding"}): "a measurement has the encoding application/json",
 }
-"""What the sender of a refused message should send, by the reasons: templates of `AxisWords`."""
+"""The cures for refused messages, by the reasons: templates of `AxisWords`."""
 
 
 def taken_for_zero(coupled: Coupled) -> tuple[str, ...]:

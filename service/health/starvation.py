@@ -38,7 +38,7 @@ class SampleSource(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LastSample:
-    """What had come when the last sample was made, at this time of the wall's clock [s] and of the vehicle's."""
+    """The counts of values at the last sample, made at this time of the wall's clock [s] and of the vehicle's."""
 
     at: float
     t: float = 0.0

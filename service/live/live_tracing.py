@@ -98,7 +98,7 @@ class LiveTracing:
         return False
 
     def _due(self, node: LearnerNode, end: BatchEnd) -> Work | None:
-        """What is to be done with the data until the end of a batch."""
+        """The work that is due with the data until the end of a batch."""
         if self._config.further_inputs and not end.served.model.is_trained:  # what they take is not known yet
             return None
         window, batches = self._config.tracing.window, node.batches

@@ -154,7 +154,7 @@ def empty_cut(cut: Cut, span: Span) -> str:
 
 
 def since_1970(stamps: Array, arrival: Array | None) -> float | None:
-    """What makes seconds since 1970 of stamps (n,) [s]; None where neither they nor the times of arrival count so."""
+    """The offset of stamps (n,) [s] to seconds since 1970; None if neither they nor the times of arrival show it."""
     known = stamps[np.isfinite(stamps)]
     if not known.size:
         return None

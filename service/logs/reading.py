@@ -111,7 +111,7 @@ def writing_times(table: Table, inputs: Inputs) -> Array:
 
 
 def since_1970(log: Log, inputs: Inputs, measured: MeasuredStreams) -> float | None:
-    """What makes seconds since 1970 of the stamps of the measurements [s]; None where nothing in the log says it."""
+    """The offset of the measurements' stamps to seconds since 1970 [s]; None if the log does not show it."""
     if inputs.yaw_rate is None:
         return None
     table = log.read([inputs.yaw_rate.topic])[inputs.yaw_rate.topic]

@@ -42,7 +42,7 @@ MESSAGE_BYTES = 300
 RETRY_S = 5.0
 """After a disk took nothing, it is tried again so much later [s]."""
 MAX_OVERSHOOT_BYTES = 1_100_000
-"""By so much a file may become larger than it should [bytes]: by a chunk, that one large message fills alone."""
+"""The largest excess of a file over its size [bytes]: a chunk that one large message fills alone."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 
 ASK_INERTIA = "No damping samples without the {inertia}: --inertia I [{inertia_unit}], or --inertia estimate."
-"""What asks for the inertia: a template of `AxisWords`."""
+"""The request for the inertia: a template of `AxisWords`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -21,7 +21,7 @@ SIDE_FILE_ENDINGS = ("-journal", "-wal", "-shm")
 
 
 def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
-    """What a state must agree with to be taken up; `effects` names the traced effects that samples are freed of."""
+    """The values that a state must have to be restored; `effects` names the effects subtracted from samples."""
     settings = config.learner
     coupled = config.coupled()
     inertia: Any = config.vehicle.inertia

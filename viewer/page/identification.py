@@ -66,7 +66,7 @@ class Identification:
             Refused: one is at work, or the log is empty, too large, or broke off.
         """
         if not 0 < size <= MAX_LOG_BYTES:
-            raise Refused(f"a log of {size / 1e6:.0f} MB is not taken; the largest is {MAX_LOG_BYTES / 1e6:.0f} MB")
+            raise Refused(f"a log of {size / 1e6:.0f} MB is too large; the largest is {MAX_LOG_BYTES / 1e6:.0f} MB")
         if len(columns) > MAX_COLUMNS or any(len(each) > MAX_COLUMN_CHARS for each in columns):
             raise Refused("too many columns are named; name those of the velocities and the efforts alone")
         with self._lock:
@@ -196,7 +196,7 @@ def _copy(source: Source, file: IO[bytes], size: int) -> None:
     while left > 0:
         piece = source.read(min(left, _PIECE_BYTES))
         if not piece or time.monotonic() > until:
-            raise Refused("the log broke off while it came; send it again")
+            raise Refused("the upload of the log broke off; send it again")
         file.write(piece)
         left -= len(piece)
 

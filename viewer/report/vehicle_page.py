@@ -94,7 +94,7 @@ def _summary(found: Identified) -> str:
     model, hold, _ = found.errors.horizons[JUDGED_S]
     shares = sorted(100.0 * m / max(h, 1e-12) for m, h in zip(model.tolist(), hold.tolist(), strict=True))
     span = f"{shares[0]:.0f} %" if len(shares) == 1 else f"{shares[0]:.0f} to {shares[-1]:.0f} %"
-    return f"{JUDGED_S:g} s ahead the model errs by {span} of what a held velocity errs by, on {where(found)}."
+    return f"{JUDGED_S:g} s ahead the model's error is {span} of that of a held velocity, on {where(found)}."
 
 
 def _rows(found: Identified, axis: str) -> list[tuple[str, str, str, str, str]]:

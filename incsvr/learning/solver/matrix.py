@@ -40,7 +40,7 @@ class Factored:
         return LF.T.dot(LF), self._LT.dot(theta).dot(LF)
 
     def ridge(self, y: Array, ridge: float) -> tuple[Array, Array]:
-        """What is carried at the ridge regression of y, and f there (n,)."""
+        """The carried vector at the ridge regression of y, and f there (n,)."""
         normal = self._LT.dot(self._LT.T)
         normal.reshape(-1)[:: normal.shape[0] + 1] += ridge
         w = lapack.dposv(normal, self._LT.dot(y), lower=1)[1]
