@@ -120,21 +120,16 @@ class Fit:
         others = OtherVelocities.of(coupled, joined, samples, signals) if by_itself else NO_OTHER_VELOCITIES
         sentences = [*declaration.sentences, *remarks([*runs, *unseen], signals), *others.remarks]
         sentences += [*in_sentences(training.verdicts), *(effects.warnings if effects else ())]
-        quick = None if declaration.doubt is not None else resolution_fault(samples, signals.smoothing)
-        if quick is not None:
+        if declaration.doubt is None and (quick := resolution_fault(samples, signals.smoothing)) is not None:
             cure = proposal(quick, runs, unseen or runs, signals, terms, model)
             sentences.append(f"{in_words_of(joined.axis, quick.sentence)}; {cure}")
-        if excitation.little:
-            sentences.append(
-                in_words_of(joined.axis, f"little excitation: {excitation.sentence}; {EXCITING_MANOEUVRE}")
-            )
         return Fit(
             joined.name,
             signals,
             settings,
             len(samples),
             training.rejected,
-            sentences,
+            [*sentences, *_excitation_remark(excitation, joined.axis)],
             iterations,
             training.errors,
             sequence(unseen).name if unseen else "",
@@ -192,6 +187,13 @@ class Fit:
             "settings": {"signals": asdict(self.signals), "learner": asdict(self.learner)},
             **self.others.to_dict(),
         }
+
+
+def _excitation_remark(excitation: Excitation, axis: Axis) -> list[str]:
+    """What is to be known of samples few of which are evidence, and what to drive; empty where enough are."""
+    if not excitation.little:
+        return []
+    return [in_words_of(axis, f"little excitation: {excitation.sentence}; {EXCITING_MANOEUVRE}")]
 
 
 @dataclass(frozen=True, slots=True)
