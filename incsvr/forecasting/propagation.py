@@ -94,17 +94,22 @@ def propagate(
         off_before = off_r
         off_r = decay * off_r + gain * sigma
         off_psi = off_psi + 0.5 * step * (off_before + off_r)
-        rr, rp, rw, pp, pw = _covariance_after((rr, rp, rw, pp, pw, ww), decay, gain, step, stays)
+        rr, rp, rw, pp, pw = _covariance_after((rr, rp, rw, pp, pw), ww, decay, gain, step, stays)
         ww = stays * stays * ww + fresh
     return Runs(out[0], out[1], out[2], out[3])
 
 
 def _covariance_after(
-    before: tuple[Array, Array, Array, Array, Array, Array], decay: Array, gain: Array, step: float, stays: float
+    before: tuple[Array, Array, Array, Array, Array],
+    ww: Array | float,
+    decay: Array,
+    gain: Array,
+    step: float,
+    stays: float,
 ) -> tuple[Array, Array, Array, Array, Array]:
     """The covariances rr, rp, rw, pp, pw of (r, ψ, w) after a step x' = A x, A = [[decay, 0, gain], [step, 1, 0],
-    [0, 0, stays]]; `before` has ww as well."""
-    rr, rp, rw, pp, pw, ww = before
+    [0, 0, stays]]."""
+    rr, rp, rw, pp, pw = before
     return (
         decay * decay * rr + 2.0 * decay * gain * rw + gain * gain * ww,
         step * decay * rr + decay * rp + step * gain * rw + gain * pw,
