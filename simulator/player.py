@@ -19,9 +19,9 @@ import zenoh
 from incsvr.errors import BadInput, Failed
 from incsvr.signals import REQUIRED
 from service.wire import Keys
-from simulator.losses import health
+from simulator.lost_messages import health
 from simulator.messages import MessageSource
-from simulator.patience import STEP_S, Patience
+from simulator.wait_for_traces import STEP_S, TraceWait
 
 log = logging.getLogger(__name__)
 
@@ -70,7 +70,7 @@ def play(
     speed: float,
     stop: threading.Event,
     progress: Callable[[int, float], None] = lambda count, t: None,
-    patience: Patience | None = None,
+    patience: TraceWait | None = None,
 ) -> int:
     """Sends the messages, `speed` times as fast as the vehicle did, until all are sent or `stop` is set.
 

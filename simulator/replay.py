@@ -26,11 +26,11 @@ from service.recordings.archive_reader import ArchiveReader, is_archive
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, Streams, sequence
 from service.wire import Keys
-from simulator.losses import health, loss, sent_to, settled
+from simulator.lost_messages import health, loss, sent_to, settled
 from simulator.messages import MessageSource, messages
-from simulator.patience import Patience
 from simulator.play_progress import play_progress
 from simulator.player import play, wait_for_learner
+from simulator.wait_for_traces import TraceWait
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -135,7 +135,7 @@ def _play(
             wait_for_learner(session, each, args.wait, stop)
     seconds = float(what.send[-1] - what.send[0]) if len(what) else 0.0
     before, began = [health(session, each) for each in learners], time.monotonic()
-    patience = Patience(session, learners[0], config.learner.batch, stop) if args.patient else None
+    patience = TraceWait(session, learners[0], config.learner.batch, stop) if args.patient else None
     with play_progress(args.command, name, len(what), seconds, args.speed) as progress:
         sent = play(session, learners[0], what, speed=args.speed, stop=stop, progress=progress, patience=patience)
     if sent < len(what):

@@ -18,7 +18,7 @@ from benchmarks.tables import grouped, page, table
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.feedforward import Plan as PlannedMotion
 from incsvr.compensation.feedforward import feedforward
-from incsvr.compensation.shadow import as_run
+from incsvr.compensation.fresh_data import as_run
 from incsvr.numerics import Array, root_mean_square
 from incsvr.tracing import trace
 from service.recordings.recording import Recording, from_streams, sequence

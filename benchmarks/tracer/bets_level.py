@@ -18,7 +18,7 @@ from benchmarks.study import Record, begin, in_processes, options, publish
 from benchmarks.tables import grouped, interval, page, table
 from benchmarks.tracer.live_missions import EFFECTS, HOUR_S, between, configured, drawn
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.shadow import COMMANDED_TORQUE, as_run, compare_on_fresh_data
+from incsvr.compensation.fresh_data import COMMANDED_TORQUE, as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.tracing import innovations
 from incsvr.tracing.candidates import admissible, leads

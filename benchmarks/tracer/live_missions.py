@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.study import Record, begin, in_processes, options, publish, revision
 from benchmarks.tables import grouped, page, table
 from benchmarks.tracer.live_watch import Watched, watch
-from incsvr.compensation.shadow import as_run
+from incsvr.compensation.fresh_data import as_run
 from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from service.commands import demo_underway

@@ -25,7 +25,7 @@ Verdict = Literal["promoted", "proven", "refused", "kept", "doubted", "withdrawn
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Two models on the same fresh data (`incsvr.compensation.shadow.compare_on_fresh_data`).
+    """Two models on the same fresh data (`incsvr.compensation.fresh_data.compare_on_fresh_data`).
 
     Attributes:
         without: root mean square of the error without the effects [rad/s].

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.forecasting.beside import Beside
 from incsvr.forecasting.experience import NORMAL_95_DEVIATIONS, Experience
 from incsvr.forecasting.free_runs import free_runs
 from incsvr.forecasting.grid import Grid
+from incsvr.forecasting.other_influences import OtherInfluences
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, Streams
 from incsvr.plant.body import Coupled
@@ -66,7 +66,7 @@ class Surroundings:
             np.concatenate((np.interp(before, past.time, known) if count else before, new))
             for known, new in ((past.rate, np.full(even.size, start.rate)), (past.torque, moment))
         )
-        beside = Beside.at(time, self.streams, self.names, self.body, self.smoothing)
+        beside = OtherInfluences.at(time, self.streams, self.names, self.body, self.smoothing)
         return Grid(time, step, rate, torque, past.sample_period, beside)
 
 

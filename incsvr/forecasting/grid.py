@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.forecasting.beside import BY_ITSELF, Beside, known_at
+from incsvr.forecasting.other_influences import BY_ITSELF, OtherInfluences, known_at
 from incsvr.numerics import Array, Streams, integral_at
 from incsvr.plant.body import Coupled
 
@@ -35,7 +35,7 @@ class Grid:
     rate: Array
     torque: Array
     sample_period: float
-    beside: Beside = BY_ITSELF
+    beside: OtherInfluences = BY_ITSELF
 
     @staticmethod
     def of(
@@ -69,10 +69,10 @@ class Grid:
         )
 
     def among(self, streams: Streams, names: Sequence[str], body: Coupled | None, smoothing: float) -> Grid:
-        """The grid with channels and a body, as `Beside.at` takes them; where one is not known the torque is not."""
+        """The grid with channels and a body, as `OtherInfluences.at` takes them; where one is unknown the torque is, too."""
         needed = (*names, *(() if body is None else body.streams))
         torque = np.where(known_at(self.time, streams, needed), self.torque, np.nan)
-        return replace(self, torque=torque, beside=Beside.at(self.time, streams, names, body, smoothing))
+        return replace(self, torque=torque, beside=OtherInfluences.at(self.time, streams, names, body, smoothing))
 
     def stretches(self) -> list[slice]:
         """The parts in which neither stream paused."""

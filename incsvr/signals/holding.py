@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array, Streams
-from incsvr.signals.following import latest_steps, periods, widenings
+from incsvr.signals.filter_width import latest_steps, periods, widenings
 from incsvr.signals.settings import (
     COMMANDED,
     MAX_PAUSE_S,

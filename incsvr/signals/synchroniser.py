@@ -9,9 +9,9 @@ messages are bundled, how the streams are interleaved and when `ready` is called
 Only a stream that falls further behind than the bounds below (JUMP_S for a channel, MAX_WAITING_VALUES for yaw rate and
 torque) is not waited for. The same code serves recordings, the simulator and the service.
 
-What is right where clocks are not, `incsvr.signals.clocks` says, and `incsvr.signals.following` how the filter follows
-slow streams. A channel that was not configured is waited for while it comes: once it is JUMP_S behind, it delays
-nothing.
+What is right where clocks are not, `incsvr.signals.clocks` says, and `incsvr.signals.filter_width` how the filter
+follows slow streams. A channel that was not configured is waited for while it comes: once it is JUMP_S behind, it
+delays nothing.
 """
 
 from __future__ import annotations

@@ -176,7 +176,7 @@ def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
     """The error that explains why no session was opened: `BusRefusal` if the endpoint is in use."""
     tls = bool(tls_section(config))
     if "address already in use" in str(error).lower():
-        from service.bus.neighbour import port_in_use
+        from service.bus.port_occupant import port_in_use
 
         return BusRefusal(port_in_use(endpoints(config, "listen"), tls))
     if tls:

@@ -19,8 +19,8 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Forecast, Grid, Start, Surroundings, forecast
-from incsvr.forecasting.beside import HEADING
 from incsvr.forecasting.experience import HORIZONS_S
+from incsvr.forecasting.other_influences import HEADING
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, Stream
 from incsvr.plant.body import Coupled

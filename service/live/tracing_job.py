@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.shadow import as_run, compare_on_fresh_data
+from incsvr.compensation.fresh_data import as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model

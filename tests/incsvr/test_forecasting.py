@@ -13,11 +13,11 @@ from incsvr.compensation.effects_in_force import Compensation
 from incsvr.effects import Signals, Term, candidates
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Grid, Start, forecast
-from incsvr.forecasting.beside import Beside
 from incsvr.forecasting.damping_tables import TABLE_NODES, Curve
 from incsvr.forecasting.effects_ahead import EffectsAhead
 from incsvr.forecasting.experience import HORIZONS_S, NORMAL_95_DEVIATIONS, UNTRIED_WIDENING, widening
 from incsvr.forecasting.free_runs import free_runs
+from incsvr.forecasting.other_influences import OtherInfluences
 from incsvr.forecasting.propagation import propagate
 from incsvr.free_run.integrator import free_run
 from incsvr.free_run.several_velocities import free_run as free_run_among
@@ -178,7 +178,7 @@ def test_with_effects_the_mean_is_that_of_the_traced_model(terms: tuple[Term, ..
     part = grid.part((grid.time > 200.0) & (grid.time < 260.0))
     heading = part.step * np.cumsum(part.rate)
     depth = 1.0 + np.sin(0.2 * part.time)
-    grid = replace(part, beside=Beside({"heading": heading, "depth": depth}))
+    grid = replace(part, beside=OtherInfluences({"heading": heading, "depth": depth}))
     rates = np.linspace(-0.5, 0.5, 2001)
     known = {effect.key for effect in candidates(["depth"])}
     terms = tuple(replace(t, variant=t.variant if f"{t.effect}/{t.variant}" in known else "") for t in terms)

@@ -17,7 +17,7 @@ import zenoh
 from incsvr.signals import REQUIRED
 from service.bus.session import answer
 from service.wire import EffectsLedger, Keys
-from simulator.losses import health
+from simulator.lost_messages import health
 
 STEP_S = 5.0
 """Length of the vehicle's time that is played at once [s]: shorter than any trace takes beside the learner."""
@@ -29,7 +29,7 @@ MAX_WAIT_S = 120.0
 """A learner that is at work for longer is not waited for [s]: a trace takes some seconds."""
 
 
-class Patience:
+class TraceWait:
     """Waits for one learner, whose iterations learn so many samples each."""
 
     def __init__(self, session: zenoh.Session, keys: Keys, batch: int, stop: threading.Event) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
+from incsvr.compensation.fresh_data import compare_on_fresh_data
 from incsvr.compensation.promotion import FALSE_PROOF_CHANCE, Comparison, Verdict, in_force, level, on_trial
-from incsvr.compensation.shadow import compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.signals import SignalSettings

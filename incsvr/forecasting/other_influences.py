@@ -19,7 +19,7 @@ MAX_BRIDGED_PERIODS = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Beside:
+class OtherInfluences:
     """The influences at (n,) points.
 
     Attributes:
@@ -33,7 +33,9 @@ class Beside:
     linear: Array | None = None
 
     @staticmethod
-    def at(time: Array, streams: Streams, names: Sequence[str], body: Coupled | None, smoothing: float) -> Beside:
+    def at(
+        time: Array, streams: Streams, names: Sequence[str], body: Coupled | None, smoothing: float
+    ) -> OtherInfluences:
         """The influences at the instants `time` (n,) [s]; a stream is constant before and after its values.
 
         Args:
@@ -44,17 +46,17 @@ class Beside:
         """
         channels = {name: _on_lines(time, *streams[name], name == HEADING) for name in names}
         if body is None or time.size < 2:
-            return Beside(channels)
+            return OtherInfluences(channels)
         outside, linear = body.driving(*motion_at(body, streams, time, smoothing), time.size)
-        return Beside(channels, outside, linear)
+        return OtherInfluences(channels, outside, linear)
 
-    def take(self, kept: NDArray[np.bool_] | slice) -> Beside:
+    def take(self, kept: NDArray[np.bool_] | slice) -> OtherInfluences:
         """The points that are kept."""
         outside, linear = (None if each is None else each[kept] for each in (self.outside, self.linear))
-        return Beside({name: values[kept] for name, values in self.channels.items()}, outside, linear)
+        return OtherInfluences({name: values[kept] for name, values in self.channels.items()}, outside, linear)
 
 
-BY_ITSELF = Beside()
+BY_ITSELF = OtherInfluences()
 """Nothing."""
 
 

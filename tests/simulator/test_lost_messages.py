@@ -18,7 +18,7 @@ from service.host.worker_threads import WorkerThreads
 from service.recordings.recording_csv import write
 from service.wire import Health, Keys
 from simulator import leng
-from simulator.losses import Loss, health, loss, settled
+from simulator.lost_messages import Loss, health, loss, settled
 from tests.service.conftest import PATIENCE, configured, cut
 
 KEYS = Keys("leng/yaw")
