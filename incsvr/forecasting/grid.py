@@ -69,7 +69,7 @@ class Grid:
         )
 
     def among(self, streams: Streams, names: Sequence[str], body: Coupled | None, smoothing: float) -> Grid:
-        """The grid with channels and a body, as `OtherInfluences.at` takes them; where one is unknown the torque is, too."""
+        """The grid with channels and a body, as `OtherInfluences.at` takes them; NaN torque where one is not known."""
         needed = (*names, *(() if body is None else body.streams))
         torque = np.where(known_at(self.time, streams, needed), self.torque, np.nan)
         return replace(self, torque=torque, beside=OtherInfluences.at(self.time, streams, names, body, smoothing))
