@@ -1,8 +1,7 @@
 """Whether a vehicle has changed between dives: its coefficients dive by dive, and a test that holds its level over all.
 
-One structure is chosen on all dives together; each dive then gives its own inertias and drags with standard errors.
-Dive k is compared with the mean of the dives since the last change. It may spend 0.05/(k (k + 1)), divided among the
-quantities, so that any number of dives spends 5 % together (the union bound; the dives need not be independent).
+One structure is chosen on all dives together; each dive then gives its own inertias and drags with standard errors,
+and `changes` tests them.
 """
 
 from __future__ import annotations
@@ -17,6 +16,7 @@ from scipy.stats import t as student
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
+from incsvr.vehicle.changes import changes
 from incsvr.vehicle.fitting import Fit, fit
 from incsvr.vehicle.held_out import spread_windows
 from incsvr.vehicle.identify import Identified, identify
@@ -27,8 +27,6 @@ from incsvr.vehicle.scales import Scales
 from incsvr.vehicle.structure import Pair, Structure
 from incsvr.vehicle.terms import LINEAR, QUADRATIC
 
-LEVEL = 0.05
-"""Chance of any false change over all dives and quantities."""
 USUAL_SPEED = 1.5
 """Speed at which drags are compared, in RMS speeds of all dives: linear and quadratic coefficients trade off against
 each other, their sum there does not."""
@@ -150,7 +148,7 @@ def compare(
             low[k] = high[k] = start[k]
         fitted = fit(windows, structure, start, np.maximum(np.abs(start), scales.start(structure)[1]), (low, high))
         found.append(_measured(fitted, quantities))
-    values = [_tested(np.array([each[k] for each in found]), len(quantities)) for k in range(len(quantities))]
+    values = _values(np.array(found, dtype=np.float64).swapaxes(0, 1))
     return Comparison(tuple(names), quantities, tuple(values), identified)
 
 
@@ -180,27 +178,21 @@ def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> list[tuple[float, 
     return found
 
 
-def _tested(rows: Array, quantities: int) -> tuple[Value, ...]:
-    """Each dive of one quantity against the mean of those since the last change.
+def _values(rows: Array) -> list[tuple[Value, ...]]:
+    """The values of each quantity dive by dive, from estimates, standard errors and degrees of freedom
+    (quantities, dives, 3)."""
+    estimate, error, freedom = np.moveaxis(rows, 2, 0)
+    reach = student.ppf(0.975, freedom) * error
+    found = changes(estimate, error, freedom, np.full(rows.shape[0], 1.0 / rows.shape[0]))
+    columns = np.stack([estimate, error, estimate - reach, estimate + reach, found.reference, found.p_value], axis=2)
+    return [
+        tuple(_value(each, flag) for each, flag in zip(row, flags, strict=True))
+        for row, flags in zip(columns.tolist(), found.changed.tolist(), strict=True)
+    ]
 
-    Args:
-        rows: (dives, 3) estimates, standard errors and degrees of freedom.
-        quantities: how many share the level.
-    """
-    values: list[Value] = []
-    begin = 0
-    for k, (estimate, error, freedom) in enumerate(rows.tolist()):
-        reach = float(student.ppf(0.975, freedom)) * error
-        before = rows[begin:k]
-        if before.size == 0:
-            values.append(Value(estimate, error, estimate - reach, estimate + reach, None, None, False))
-            continue
-        weights = 1.0 / before[:, 1] ** 2
-        reference = float(np.average(before[:, 0], weights=weights))
-        apart = (estimate - reference) / float(np.sqrt(error**2 + 1.0 / weights.sum()))
-        p_value = float(2.0 * student.sf(abs(apart), min(freedom, float(before[:, 2].min()))))
-        changed = p_value < LEVEL / (k * (k + 1) * quantities)
-        values.append(Value(estimate, error, estimate - reach, estimate + reach, reference, p_value, changed))
-        if changed:
-            begin = k
-    return tuple(values)
+
+def _value(numbers: list[float], changed: bool) -> Value:
+    """The value of its numbers in their order, with none for what is no number."""
+    estimate, error, low, high = numbers[:4]
+    reference, p_value = (None if np.isnan(each) else each for each in numbers[4:])
+    return Value(estimate, error, low, high, reference, p_value, changed)

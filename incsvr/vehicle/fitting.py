@@ -127,6 +127,18 @@ def fit(
     return Fit(structure, parameters, scale, variance, error, slope, student_weight(error, variance))
 
 
+def fit_from_afar(
+    windows: Windows, structure: Structure, start: Array, scale: Array, bounds: tuple[Array, Array]
+) -> Fit:
+    """`fit` from a guess of orders of magnitude: to the windows' first thirds, and from there to whole windows.
+
+    What happens soon is nearly linear in the parameters, so that a first guess that is ten times wrong does no harm.
+    """
+    short = Windows(windows.motion, windows.first, max(1, windows.cells // 3))
+    near = fit(short, structure, start, scale, bounds)
+    return fit(windows, structure, near.parameters, scale, bounds)
+
+
 def slopes(windows: Windows, structure: Structure, parameters: Array, scale: Array) -> Array:
     """∂error/∂parameter, (size, windows, cells, axes)."""
     lag_shift = RELATIVE_DIFFERENCE * scale[scale.size - len(structure.lags) :]

@@ -18,7 +18,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
-from incsvr.vehicle.fitting import Fit, Windows, fit
+from incsvr.vehicle.fitting import Fit, Windows, fit_from_afar
 from incsvr.vehicle.held_out import WINDOW_CELLS, judged, parts_in_turns, spread_windows, together
 from incsvr.vehicle.intervals import intervals
 from incsvr.vehicle.manoeuvres import manoeuvres
@@ -119,7 +119,7 @@ def identify(
         )
     begins("fitting all axes together")
     fitted = _best(
-        [fit(windows, each, *scales.start(each), scales.bounds(each)) for each in structures], windows, scales
+        [fit_from_afar(windows, each, *scales.start(each), scales.bounds(each)) for each in structures], windows, scales
     )
     begins("leaving out what unseen parts do not need")
     fitted = reduced(windows, fitted, scales)
