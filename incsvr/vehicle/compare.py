@@ -20,7 +20,7 @@ from incsvr.vehicle.changes import changes
 from incsvr.vehicle.fitting import Fit, fit
 from incsvr.vehicle.held_out import spread_windows
 from incsvr.vehicle.identify import Identified, identify
-from incsvr.vehicle.intervals import covariance
+from incsvr.vehicle.intervals import Scatter
 from incsvr.vehicle.model import ASSUMED, DECLARED
 from incsvr.vehicle.motion import WholeMotion, joined
 from incsvr.vehicle.scales import Scales
@@ -148,7 +148,7 @@ def compare(
             low[k] = high[k] = start[k]
         fitted = fit(windows, structure, start, np.maximum(np.abs(start), scales.start(structure)[1]), (low, high))
         found.append(_measured(fitted, quantities))
-    values = _values(np.array(found, dtype=np.float64).swapaxes(0, 1))
+    values = _values(np.stack(found, axis=1))
     return Comparison(tuple(names), quantities, tuple(values), identified)
 
 
@@ -162,20 +162,23 @@ def _quantities(structure: Structure, motion: WholeMotion, known: Sequence[int])
     return (*inertias, *drags)
 
 
-def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> list[tuple[float, float, int]]:
-    """Estimate, standard error and degrees of freedom of each quantity: linear in the parameters."""
-    structure, (spread, freedom) = fitted.structure, covariance(fitted)
-    found = []
-    for quantity in quantities:
-        along = np.zeros(structure.size)
+def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> Array:
+    """Estimate, standard error and degrees of freedom of each quantity, (quantities, 3): linear in the parameters.
+
+    An error is at least what it would be if all windows erred alike, because that of a short dive can be small by
+    chance.
+    """
+    structure, scatter = fitted.structure, Scatter.of(fitted)
+    along = np.zeros((len(quantities), structure.size))
+    first = len(structure.mass)
+    for row, quantity in zip(along, quantities, strict=True):
         if quantity.kind == "inertia":
-            along[structure.mass.index((quantity.axis, quantity.axis))] = 1.0
-        first = len(structure.mass)
+            row[structure.mass.index((quantity.axis, quantity.axis))] = 1.0
         for k, term in enumerate(structure.terms):
             if quantity.kind == "drag" and term.axis == quantity.axis and term.kind in (LINEAR, QUADRATIC):
-                along[first + k] = quantity.speed ** (1 if term.kind == LINEAR else 2)
-        found.append((float(along @ fitted.parameters), float(np.sqrt(along @ spread @ along)), freedom))
-    return found
+                row[first + k] = quantity.speed ** (1 if term.kind == LINEAR else 2)
+    errors = np.maximum(scatter.errors(along), scatter.errors_if_alike(along))
+    return np.column_stack([along @ fitted.parameters, errors, scatter.freedom(along)])
 
 
 def _values(rows: Array) -> list[tuple[Value, ...]]:
