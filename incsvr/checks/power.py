@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.numerics import Array, robust_deviation, root_mean_square
+from incsvr.numerics import Array, independent_part, robust_deviation, root_mean_square
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
@@ -79,7 +79,7 @@ def _answer(part: Samples) -> float:
     spread = float(left @ left) / (rate.size - drag.shape[1] - 1)
     beside = float(left[1:] @ left[:-1])
     correlation = max(beside / float(left @ left), 0.0) if spread > 0.0 else 0.0
-    worth = (1.0 - correlation) / (1.0 + correlation)
+    worth = independent_part(correlation)
     return slope * float(np.sqrt(worth * power / spread)) if spread > 0.0 else float(np.copysign(np.inf, slope))
 
 

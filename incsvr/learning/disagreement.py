@@ -18,7 +18,7 @@ import numpy as np
 
 from incsvr.learning.model import Model
 from incsvr.learning.prediction import Prediction
-from incsvr.numerics import Array
+from incsvr.numerics import Array, independent_part
 from incsvr.signals.samples import Samples
 
 SIDE_GROUPS = 5
@@ -73,7 +73,7 @@ class Disagreement:
         def mean(values: Array) -> Array:
             return np.asarray(np.bincount(cell[known], values[known], 2 * SIDE_GROUPS)[there] / sizes[there])
 
-        worth = (1.0 - model.correlation) / (1.0 + model.correlation)
+        worth = independent_part(model.correlation)
         noise = mean(said.noise**2) / (worth * sizes[there])
         claimed = mean(said.curve_sigma**2) / model.widening**2
         square = np.minimum(mean(damping - said.damping) ** 2, MAX_GROUP_DEVIATIONS**2 * (noise + claimed))

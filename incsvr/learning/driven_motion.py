@@ -28,7 +28,7 @@ import numpy as np
 
 from incsvr.learning.criteria import Mask
 from incsvr.learning.windows import windows
-from incsvr.numerics import Array
+from incsvr.numerics import Array, independent_share
 from incsvr.signals.samples import Samples
 
 WINDOW_SAMPLES = 11
@@ -53,8 +53,6 @@ MIN_WINDOW_SAMPLES = 5
 """Samples from which on a window tells anything: two are taken by what is estimated, and one may be an outlier."""
 TAMING_ROUNDS = 3
 """Rounds in which a window's outlier is drawn in: at first it has drawn the line towards itself."""
-MAX_CORRELATION = 0.95
-"""Correlation of the noise of two neighbours up to which it is believed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,11 +161,3 @@ def _tamed(moments: Array, line: Array) -> Array:
     limit = np.partition(np.abs(error), -2, axis=1)[:, -2:-1]
     clipped = np.minimum(np.maximum(error, -limit), limit)
     return np.asarray(line + clipped)
-
-
-def independent_share(error: Array) -> float:
-    """The number of independent samples per sample of (n,) errors, in a mean: (1 − ρ)/(1 + ρ)."""
-    power = float(error @ error)
-    correlation = float(error[1:] @ error[:-1]) / power if power > 0.0 else 0.0
-    correlation = min(max(correlation, 0.0), MAX_CORRELATION)
-    return (1.0 - correlation) / (1.0 + correlation)

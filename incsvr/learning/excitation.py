@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.learning.criteria import Mask
-from incsvr.learning.driven_motion import WINDOW_SAMPLES, independent_share
+from incsvr.learning.driven_motion import WINDOW_SAMPLES
+from incsvr.numerics import independent_share
 from incsvr.signals.samples import Samples
 
 ANSWERING_T = 3.0

@@ -11,7 +11,7 @@ import numpy as np
 from incsvr.learning.excitation import Water
 from incsvr.learning.kernel import rbf
 from incsvr.learning.spread import Spread
-from incsvr.numerics import Array
+from incsvr.numerics import Array, independent_part
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class SupportSet:
     def worth(self) -> float:
         """How many independent samples one of a vector is worth: noise that is correlated counts less, and the loss |e|
         of an SVR takes π/2 times as many as least squares."""
-        return (1.0 - self.correlation) / (1.0 + self.correlation) * 2.0 / pi
+        return independent_part(self.correlation) * 2.0 / pi
 
     @property
     def slope_by_water(self) -> float:

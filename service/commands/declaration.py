@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from incsvr.checks.apparent_inertia import ApparentInertia, apparent_inertia
+from incsvr.checks.torque_sign import DELAYS_S, torque_sign
 from incsvr.errors import BadInput
-from incsvr.learning.apparent_inertia import ApparentInertia, apparent_inertia
-from incsvr.learning.torque_sign import DELAYS_S, torque_sign
 from incsvr.numerics import Array
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import TORQUE

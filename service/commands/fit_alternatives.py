@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from incsvr.checks.resolution import ResolutionFault, resolution_fault
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
-from incsvr.learning.resolution import ResolutionFault, resolution_fault
 from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, TorqueKind

@@ -11,13 +11,13 @@ import numpy as np
 
 from incsvr.checks import Verdict
 from incsvr.checks import verdict_sentences as in_sentences
+from incsvr.checks.resolution import resolution_fault
 from incsvr.errors import BadInput
 from incsvr.free_run.errors import rmse
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.learning.coefficients import Interval, coefficients, negative_drag
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.learner import Iteration, Settings
-from incsvr.learning.resolution import resolution_fault
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled

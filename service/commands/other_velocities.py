@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.checks.decoupling import NeglectedTerms, neglected_terms
 from incsvr.errors import BadInput
-from incsvr.learning.decoupling import NeglectedTerms, neglected_terms
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, VELOCITIES, Axis

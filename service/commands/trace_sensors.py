@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.checks import Vehicle
+from incsvr.checks.resolution import resolution_fault
 from incsvr.errors import BadInput
-from incsvr.learning.resolution import resolution_fault
 from incsvr.learning.sensors import Sensors, examine
 from incsvr.plant.axes import YAW, products
 from incsvr.plant.words import words_of

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import deque
 
+from incsvr.checks.resolution import ResolutionFault, resolution_fault
 from incsvr.learning.excitation import Excitation
-from incsvr.learning.resolution import ResolutionFault, resolution_fault
 from incsvr.signals.samples import Samples
 
 RECENT_BATCHES = 5

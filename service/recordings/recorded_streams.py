@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from incsvr.checks.heading_against_rate import beside_yaw_rate
+from incsvr.checks.offsets import offsets, unsteady
 from incsvr.errors import BadInput
-from incsvr.learning.offsets import offsets, unsteady
 from incsvr.plant.axes import YAW
 from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.words import words_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from incsvr.learning.decoupling import SMALL_RMS_SHARE, NeglectedTerms, neglected_terms
+from incsvr.checks.decoupling import SMALL_RMS_SHARE, NeglectedTerms, neglected_terms
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 

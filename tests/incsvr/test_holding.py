@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from incsvr.checks.resolution import resolution_fault
 from incsvr.free_run.motions import held_motions
 from incsvr.free_run.output_error import identify
-from incsvr.learning.resolution import resolution_fault
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
 from incsvr.signals.samples import Samples

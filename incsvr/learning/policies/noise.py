@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 from incsvr.learning.criteria import quartiles
 from incsvr.learning.spread import Spread
-from incsvr.numerics import Array
+from incsvr.numerics import MAX_CORRELATION, Array, independent_part
 from incsvr.numerics.deviation import NORMAL_DEVIATION_PER_MEDIAN
 
 HORIZON_SAMPLES = 250.0
 """Samples that the running means stand for, at most."""
-MAX_CORRELATION = 0.95
-"""Correlation of the noise of two neighbours up to which it is believed."""
 MIN_NOISE_NM = 1e-6
 """Least noise level that is believed [N m]: data without noise must not divide by zero."""
 
@@ -55,7 +53,7 @@ class Noise:
     @property
     def worth(self) -> float:
         """The number of independent samples per sample in a mean: (1 − ρ)/(1 + ρ)."""
-        return (1.0 - self.correlation) / (1.0 + self.correlation)
+        return independent_part(self.correlation)
 
     def after(self, residual: Array, index: NDArray[np.intp], rate: Array) -> Noise:
         """The noise after a batch.

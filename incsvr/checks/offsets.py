@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.learning.driven_motion import independent_share
-from incsvr.numerics import Array
+from incsvr.numerics import Array, independent_share
 from incsvr.signals.smoothing import smooth
 
 STRETCH_S = 60.0

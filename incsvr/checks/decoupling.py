@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.learning.driven_motion import independent_share
-from incsvr.numerics import Array, root_mean_square
+from incsvr.numerics import Array, independent_share, root_mean_square
 from incsvr.plant.axes import Axis, accelerating, products
 from incsvr.plant.body import Motion
 
