@@ -26,6 +26,8 @@ MIN_FALL = 1e-4
 """Relative fall of the criterion below which the fit ends."""
 RELATIVE_DIFFERENCE = 1e-4
 """Step of the differences that give the slopes along lags, in a lag's scale."""
+MAX_SLOPE = 1000.0
+"""Largest change of a velocity, in the fastest one, by a parameter's own order: those of a usual window reach 10."""
 PRIOR_SCALES = 30.0
 """Deviation of a parameter's prior about its start, in its scale: it only holds what is not excited."""
 
@@ -140,9 +142,17 @@ def fit_from_afar(
 
 
 def slopes(windows: Windows, structure: Structure, parameters: Array, scale: Array) -> Array:
-    """∂error/∂parameter, (size, windows, cells, axes)."""
+    """∂error/∂parameter, (size, windows, cells, axes); zero in windows whose simulation runs away.
+
+    Near a pitch of 90° the slopes of a window grow without bound, and would outweigh those of all others.
+    """
     lag_shift = RELATIVE_DIFFERENCE * scale[scale.size - len(structure.lags) :]
-    return sensitivities(structure, parameters, lag_shift, windows.motion, windows.first, windows.cells)
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = sensitivities(structure, parameters, lag_shift, windows.motion, windows.first, windows.cells)
+        fastest = np.abs(windows.motion.velocity[:, structure.rows]).max(axis=0) + 1e-12
+        reach = np.abs(found * scale[:, None, None, None] / fastest).max(axis=(0, 2, 3))
+    found[:, ~(reach < MAX_SLOPE)] = 0.0
+    return found
 
 
 def robust_variance(error: Array) -> Array:

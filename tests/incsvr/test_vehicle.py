@@ -11,6 +11,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Streams
 from incsvr.vehicle import Identified, Vehicle, identify, on_grid
+from incsvr.vehicle.fitting import Windows, slopes
 from incsvr.vehicle.sensitivities import sensitivities
 from incsvr.vehicle.simulation import simulate
 from incsvr.vehicle.structure import Structure, lagged
@@ -110,6 +111,25 @@ def test_slopes_are_those_of_simulations_with_each_parameter_moved() -> None:
     ahead, behind = (simulate(structure, parameters + k * np.diag(shift), motion, first, 12) for k in (1.0, -1.0))
     expected = (ahead - behind)[1:] / (2.0 * shift[:, None, None])
     assert found == pytest.approx(expected.transpose(1, 2, 0, 3), abs=1e-5 * float(np.abs(expected).max()))
+
+
+def test_a_window_whose_slopes_run_away_near_a_pitch_of_90_degrees_outweighs_no_other() -> None:
+    body, log = dive("rov", 60.0, 4)
+    motion = on_grid([log])
+    names = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+    terms = (*own_damping(names), *restoring(names, motion.recorded))
+    structure = Structure(names, tuple((name, name) for name in names), terms, (), np.zeros((6, 6)))
+    damping = [(body.linear if term.kind == "linear" else body.quadratic)[term.row] for term in own_damping(names)]
+    # A search that is still far off: too light and too little righted about pitch.
+    inertia = np.diag(body.mass) * np.where(np.arange(6) == 4, 0.3, 1.0)
+    parameters = np.array([*inertia, *damping, 0.3 * body.righting, 0.3 * body.righting, 0.1])
+    windows = Windows(motion, motion.windows(12), 12)
+    raw = np.abs(sensitivities(structure, parameters, np.empty(0), motion, windows.first, 12)).max(axis=(0, 2, 3))
+    kept = np.abs(slopes(windows, structure, parameters, np.abs(parameters))).max(axis=(0, 2, 3))
+    away = raw > 1e6 * np.median(raw)
+    assert np.count_nonzero(away) == 1
+    assert kept[~away] == pytest.approx(raw[~away])
+    assert (kept[away] == 0.0).all()
 
 
 def test_a_gap_ends_a_run() -> None:
