@@ -45,7 +45,7 @@ def _head(prefix: str, health: Health) -> RenderableType:
 
 def _heard(health: Health, axis: Axis) -> Table:
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="dim")
-    table.add_column("heard", no_wrap=True, min_width=12, max_width=18)
+    table.add_column("input", no_wrap=True, min_width=12, max_width=18)
     for name, width in (
         ("value", 13),
         ("Hz", 5),
