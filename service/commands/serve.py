@@ -120,24 +120,24 @@ def beginning(config: Config) -> tuple[str, ...]:
     """The lines at a learner's start: its endpoint, inputs, outputs and state."""
     bus, keys = config.bus, Keys(config.prefix)
     if bus.zenoh_file is not None:
-        met = f"met as {bus.zenoh_file} says"
+        met = f"endpoints as in {bus.zenoh_file}"
     else:
         met = f"listens at {bus.listen}" if bus.connect is None else f"client of the router at {bus.connect}"
-    heard = f"hears {keys.rate}, {keys.torque} and {keys.any_channel}"
+    received = f"receives {keys.rate}, {keys.torque} and {keys.any_channel}"
     if not config.inputs.own:
         # Loaded where it is needed alone, like what listens there.
         from service.bus.mapped_ingest import mapping
         from service.inputs.bus_keys import key_expressions
 
-        heard = f"hears {', '.join(key_expressions(mapping(config)))} and {keys.any_channel}"
+        received = f"receives {', '.join(key_expressions(mapping(config)))} and {keys.any_channel}"
     state = "nowhere (state: null)" if config.state is None else f"in {config.state / config.prefix}.sqlite"
     return (
         met,
-        heard,
+        received,
         f"publishes {keys.model}, {keys.iteration}, {keys.coefficients}, {keys.health} and {keys.effects}; answers "
         f"{keys.damping}",
         f"keeps its state {state}",
-        *([] if config.archive.directory is None else [f"archives all of it in {config.archive.directory}"]),
+        *([] if config.archive.directory is None else [f"archives all messages in {config.archive.directory}"]),
     )
 
 

@@ -82,7 +82,7 @@ def test_a_browser_draws_what_a_learner_says(house: House, run: Run, tmp_path: P
 
     assert learner.end() == 0
     away = drawn(url, tmp_path / "away")
-    assert "learner away" in away
+    assert "learner does not answer" in away
     assert 'data-drawn="away"' in away, "by which the curve is dimmed"
     assert re.search(r'id="gone">The learner last answered at .* \((just now|1 min ago)\)', away)
     assert 'class="vectors"' in away, "the last curve stays"

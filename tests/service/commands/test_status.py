@@ -214,7 +214,7 @@ def test_status_and_watch_tell_a_real_learner(
         told = process.stderr.read().decode()
     for words in (
         f"listens at {endpoint}",
-        "hears leng/yaw/rate, leng/yaw/torque and leng/yaw/channel/*",
+        "receives leng/yaw/rate, leng/yaw/torque and leng/yaw/channel/*",
         f"keeps its state in {tmp_path}/leng/yaw.sqlite",
         "leng/yaw: iteration 1, ",
     ):
