@@ -17,7 +17,7 @@ from incsvr.numerics import Array
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import AxisWords
 from incsvr.signals import MAX_CHANNELS, REQUIRED
-from incsvr.signals.streams import JUMP_S
+from incsvr.signals.streams import JUMP_S, Reading
 from service import wire
 from service.config.sections import HealthLimits
 from service.health import sentences
@@ -153,11 +153,11 @@ class HealthWatch:
         now = self._clock()
         rejected = self.rejections(node)
         readings = node.batches.readings
-        learning = self._learning_now(now, node)
+        learning = self._learning_now(now, node, readings)
         graded = [
             *(("ERROR", sentence) for sentence in self._errors(now)),
             *(("STALE", sentence) for sentence in self._stale(now, node.words)),
-            *(("WARN", sentence) for sentence in self._warnings(now, node, rejected)),
+            *(("WARN", sentence) for sentence in self._warnings(now, node, rejected, readings)),
             *(("OK", sentence) for sentence in self._notes),
         ]
         silent = any(level == "STALE" for level, _ in graded)
@@ -191,12 +191,12 @@ class HealthWatch:
             axes=self._axes,
         )
 
-    def _learning_now(self, now: float, node: LearnerNode) -> LearningState:
+    def _learning_now(self, now: float, node: LearnerNode, readings: Mapping[str, Reading]) -> LearningState:
         with self._lock:
             if self._starvation is None:
                 self._starvation = Starvation(node.config.signal_settings(), self._started, node.words)
             received = {name: stream.received for name, stream in self._streams.items()}
-            starved = self._starvation.why(now, received, node.batches)
+            starved = self._starvation.why(now, received, readings, node.batches)
             self._learning = self._learning.now(
                 self._conditions.paused or self._units(node), starved, self._starvation.since
             )
@@ -242,14 +242,16 @@ class HealthWatch:
                     stale.append(f"{name} does not arrive, and without it {what} cannot be subtracted")
         return stale
 
-    def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:
+    def _warnings(
+        self, now: float, node: LearnerNode, rejected: dict[str, int], readings: Mapping[str, Reading]
+    ) -> list[str]:
         words, warnings = node.words, [*self._conditions.notices, *node.current_warnings.warnings]
         with self._lock:
             warnings += sentences.rejection_sentences(
                 self._rejections.look(now, rejected, self._limits.warn_for), words
             )
             warnings += sentences.stillness_sentences(self._streams["yaw_rate"], self._limits.stuck_after, words)
-        slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, node.batches.readings, words)
+        slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, readings, words)
         warnings += [slow] if slow else []
         with self._lock:
             seldom = self._rate_watch.look()

@@ -31,8 +31,6 @@ class SampleSource(Protocol):
     samples_seen: int
 
     @property
-    def readings(self) -> Mapping[str, Reading]: ...
-    @property
     def rejected_by_stream(self) -> Mapping[str, Mapping[str, int]]: ...
 
 
@@ -69,14 +67,17 @@ class Starvation:
         """The vehicle's time of the last sample, or of what came first [s]."""
         return self._since.t
 
-    def why(self, now: float, received: Mapping[str, int], fed: SampleSource) -> str | None:
+    def why(
+        self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading], fed: SampleSource
+    ) -> str | None:
         """The sentence, at a time of the wall's clock [s]; None while samples are made, or none is due yet.
 
         Args:
             received: values of each stream that came since the start.
+            readings: what is to be said of each stream now.
             fed: the learner's batches.
         """
-        since, readings = self._since, fed.readings
+        since = self._since
         self._look(now, received, readings)
         missing = [name for name in REQUIRED if not received.get(name, 0)]
         if missing:
