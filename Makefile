@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test test-all lint docs bench table1 tuning policy coverage trace-table missions live-missions bets-level several vehicles trouble \
-	fleet feedforward sensor-faults soak hold recording pictures tutorials clean
+	fleet six-axes feedforward sensor-faults soak hold recording pictures tutorials clean
 
 demo: .venv/ready  ## the main job, end to end, in about two minutes
 	$(BIN)/incsvr demo
@@ -71,6 +71,9 @@ trouble: .venv/ready  ## faults and effects of real vehicles and logs, drawn ane
 
 fleet: .venv/ready  ## ten learner processes, one router, a shore station
 	$(BIN)/python -m benchmarks.service.fleet
+
+six-axes: .venv/ready  ## all axes of a vehicle file in one process at 100 Hz
+	$(BIN)/python -m benchmarks.service.six_axes
 
 feedforward: .venv/ready  ## yaw control with and without the torque that the learner gives for the plan
 	$(BIN)/python -m benchmarks.learner.feedforward

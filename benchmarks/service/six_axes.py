@@ -125,7 +125,7 @@ def main(words: Sequence[str] | None = None) -> None:
         __doc__,
         seconds=(60.0, "so long the learner is looked at [s]"),
         hz=(100.0, "values of each stream in a second"),
-        seed=(1, "draws the vehicle and its commands"),
+        seed=(53_001, "draws the vehicle and its commands"),
     )
     args, measured = begin(parser, words, "eclipse-zenoh")
     result = measured | measure(args.seconds, args.hz, args.seed)

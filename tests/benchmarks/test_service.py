@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.service import bus, fleet, soak
+from benchmarks.service import bus, fleet, six_axes, soak
 from benchmarks.service.hold import __main__ as hold
 
 
@@ -38,6 +38,16 @@ def test_a_fleet_is_heard_ashore(tmp_path: Path) -> None:
     assert min(result["iterations"]) >= fleet.ITERATIONS
     assert result["history"]["iterations"] == sum(result["iterations"])
     assert "| 2 learners, 14 iterations each: heard ashore |" in (tmp_path / "fleet.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_six_axes_are_learned_in_one_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(six_axes, "SETTLE_S", 1.0)
+    six_axes.main(["--seconds", "4", "--hz", "20", "--out", str(tmp_path)])
+    result = json.loads((tmp_path / "six_axes.json").read_text(encoding="utf-8"))
+    assert (len(result["iterations"]), result["lost"], result["rejected"]) == (6, 0, 0)
+    assert 0.5 < result["percent_of_a_core"] < 100.0
+    assert 50.0 < result["peak_mb"] < 300.0
 
 
 @pytest.mark.slow
