@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 import traceback
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -52,12 +53,18 @@ def drawn(seed: int, hidden: bool) -> Mission:
 
 def configured(mission: Mission, mode: str) -> Config:
     """What an operator has who scaled the configuration on an earlier dive of the same kind."""
-    earlier = play(Mission(mission.kind, mission.vehicle, mission.seed + EARLIER_SEED_OFFSET, duration=HOUR_S))
-    first, inertia = earlier.recording, earlier.inertia
-    signals = signals_for([first], inertia, RATE_LIMIT)
-    samples, _ = samples_of(first, signals, None)
-    base = read(None, {"state": None, "tracing": {"live": mode, "window": 600.0, "proof": 60.0}})
-    return scaled_config(base, first, signals, learner_for(samples))
+    scaled = _scaled(Mission(mission.kind, mission.vehicle, mission.seed + EARLIER_SEED_OFFSET, duration=HOUR_S))
+    return scaled.model_copy(update={"tracing": scaled.tracing.model_copy(update={"live": mode})})
+
+
+@lru_cache(maxsize=1)
+def _scaled(earlier: Mission) -> Config:
+    """The configuration that an earlier dive gives."""
+    played = play(earlier)
+    signals = signals_for([played.recording], played.inertia, RATE_LIMIT)
+    samples, _ = samples_of(played.recording, signals, None)
+    base = read(None, {"state": None, "tracing": {"live": "adopt", "window": 600.0, "proof": 60.0}})
+    return scaled_config(base, played.recording, signals, learner_for(samples))
 
 
 def examine(case: tuple[str, int]) -> Record:

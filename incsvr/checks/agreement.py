@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.checks.curve import Curve
-from incsvr.checks.misfit import UNCLEAR, Scales, could_tell, late_since_then, misfit
+from incsvr.checks.misfit import MAX_ROTOR_LAG_S, UNCLEAR, Scales, could_tell, late_since_then, misfit
 from incsvr.checks.onset import onset
 from incsvr.checks.power import turns
 from incsvr.checks.response import Estimate, Residual, causes
@@ -31,8 +31,6 @@ USUAL_LAG_PRECISION = 1.0 / 0.15**2
 MIN_LAG_WIDTHS = 2.0
 """Least lag beside the usual one that counts, in widths of the smoothing, within which the filter forgives it; and as
 much as the usual one besides."""
-MAX_ROTOR_LAG_S = 1.5
-"""Longest lag [s] that is taken for a rotor's before the usual one is known."""
 JOINT_WINDOW_INDEX = 3
 """Place, among the windows that a batch is looked at in, of the one with the batch before."""
 MAX_JOINED_DURATIONS = 2.0

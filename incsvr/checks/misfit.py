@@ -38,6 +38,9 @@ MAX_CHANGE_NOISES = 2.0
 MIN_LEFT_DAMPING_SHARE = 0.15
 """Part of the largest damping that a fault leaves over at least: a rough sea stays below."""
 
+MAX_ROTOR_LAG_S = 1.5
+"""Longest lag [s] that a rotor may have: a yaw rate that is later may be the thrust's doing."""
+
 UNCLEAR, RESPONSE, UNDRIVEN = "unclear", "response", "driveless"
 """Kinds of findings: the vehicle changed or a sensor failed; torque and yaw rate do not belong together; what turns the
 vehicle is not the torque."""
@@ -197,10 +200,10 @@ def _change(cause: str, size: float, since: float, scales: Scales) -> str | None
 
 def _late(size: float, since: float) -> str:
     which, other = ("{rate}", "{effort}") if size < 0.0 else ("{effort}", "{rate}")
-    return (
-        f"the {which} is {abs(size):.2g} s late against the {other} since {since:.10g} s: the clock of one of them "
-        "jumped or runs at another speed"
-    )
+    late = f"the {which} is {abs(size):.2g} s late against the {other} since {since:.10g} s"
+    if -MAX_ROTOR_LAG_S <= size < 0.0:  # as a vehicle does whose thrust follows later
+        return f"{late}: the thrust lags or is delayed since then, or a clock jumped; a trace of these data shows which"
+    return f"{late}: the clock of one of them jumped or runs at another speed"
 
 
 def _moved(size: float, since: float) -> str:

@@ -89,7 +89,14 @@ FAULTS: dict[str, tuple[str, dict[str, Change]]] = {
     "gyro's zero": ("the gyro's zero moved", {"yaw_rate": lambda t, v, here, rng: (t, v + 0.05 * here)}),
     "outliers, gyro": ("outliers", {"yaw_rate": lambda t, v, here, rng: (t, wild(v, here, rng, 0.2))}),
     "outliers, torque": ("outliers", {"torque": lambda t, v, here, rng: (t, wild(v, here, rng, 0.2))}),
-    "torque late": ("s late against the yaw rate", {"torque": lambda t, v, here, rng: (t + 2.0 * here, v)}),
+    "torque late": (
+        "s: the clock of one of them jumped or runs at another speed",
+        {"torque": lambda t, v, here, rng: (t + 2.0 * here, v)},
+    ),
+    "gyro later than a rotor lags": (
+        "s: the clock of one of them jumped or runs at another speed",
+        {"yaw_rate": lambda t, v, here, rng: (t + 2.0 * here, v)},
+    ),
 }
 
 
@@ -103,6 +110,14 @@ def test_a_failing_sensor_is_named_within_two_batches_and_not_learned(fault: str
     assert any(sentence in finding.sentence for v in pausing for finding in v.findings)
     assert all(not verdict.learn for verdict in verdicts if verdict.span[0] >= pausing[0].span[0])
     assert error(state) < 1.5 * max(sound_error(), 1.0)
+
+
+def test_thrust_that_comes_to_lag_under_way_is_not_taken_for_a_clock_alone() -> None:
+    """What is recorded as the torque acts 1 s later than before."""
+    _, verdicts = guided(streams({"torque": lambda t, v, here, rng: (t, np.where(here, np.interp(t + 1.0, t, v), v))}))
+    lag = next(finding for v in verdicts for finding in v.findings if "late against" in finding.sentence)
+    assert "the yaw rate is" in lag.sentence
+    assert "the thrust lags or is delayed since then, or a clock jumped" in lag.sentence
 
 
 def test_a_torque_that_freezes_while_it_is_at_its_largest_is_seen_within_the_batch() -> None:
