@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.checks.agreement import (
-    MAX_ROTOR_LAG_S,
     MIN_LAG_WIDTHS,
     YOUNG_CURVE_BATCHES,
     CheckResult,
@@ -27,7 +26,7 @@ from incsvr.checks.curve import Curve
 from incsvr.checks.frozen_stream import STREAM_WORDS, stuck
 from incsvr.checks.heading import against_heading
 from incsvr.checks.leaps import leaps
-from incsvr.checks.misfit import LASTING_SIGMAS, RESPONSE, UNCLEAR
+from incsvr.checks.misfit import LASTING_SIGMAS, MAX_ROTOR_LAG_S, RESPONSE, UNCLEAR
 from incsvr.checks.outliers import outliers, scatter
 from incsvr.checks.power import MIN_TURNING_RATE_SHARE, drives, turns
 from incsvr.checks.response import Estimate, Residual, agrees, causes

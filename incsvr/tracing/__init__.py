@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from incsvr.tracing.trace import Run, Trace, trace
+from incsvr.tracing.trace import Run, Trace, trace, trace_if_found
 
-__all__ = ["Run", "Trace", "trace"]
+__all__ = ["Run", "Trace", "trace", "trace_if_found"]

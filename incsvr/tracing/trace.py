@@ -24,7 +24,7 @@ from incsvr.tracing.search import Search
 from incsvr.tracing.thresholds import LOOP_CORRELATION, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
 from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, declared_nature, of_this_gyro, standing_time
 
-__all__ = ["Run", "Trace", "trace"]
+__all__ = ["Run", "Trace", "trace", "trace_if_found"]
 
 
 def trace(
@@ -41,6 +41,19 @@ def trace(
     Raises:
         BadInput: where the recordings cannot answer.
     """
+    found = _traced(runs, inertia, validate, torque, must_find=False)
+    assert found is not None
+    return found
+
+
+def trace_if_found(runs: Sequence[Run], *, inertia: float, torque: TorqueKind | None = None) -> Trace | None:
+    """As `trace`; None where it finds no effect, without the work of proving that there is none."""
+    return _traced(runs, inertia, None, torque, must_find=True)
+
+
+def _traced(
+    runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, torque: TorqueKind | None, must_find: bool
+) -> Trace | None:
     check(runs)
     if validate:
         check(validate)
@@ -60,6 +73,8 @@ def trace(
             # such a torque tells of the rate beside the log, and what tells of the rate passes for effects
             search = Search.of(problem, ())
             best = search.tried(problem.start)
+        if must_find and not best.names:
+            return None
         other = cut(validate, inertia, [*problem.cells.signals.channels, *heading], how) if validate else None
         return result_of(search, nothing, best, other, ignored, loop)
     except np.linalg.LinAlgError as error:

@@ -224,6 +224,9 @@ class LiveTracing:
         self._note(revision, newest, "failed", told)
 
     def _conclude_trace(self, end: BatchEnd, found: Mapping[str, Any]) -> None:
+        if not found["effects"]:
+            self.state = self.state.after_trace(end.time, None)
+            return
         newest, effects = end.time, self._effects(TraceContent.from_dict(found))
         names = effects.compensation.names
         usable = bool(effects.findings) and not effects.integrated

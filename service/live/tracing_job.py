@@ -32,7 +32,7 @@ from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.coupled import MAX_PAUSE_S, decoupled_streams
-from incsvr.tracing import trace
+from incsvr.tracing import trace_if_found
 from incsvr.tracing.model import TracedModel
 from service.live.tracing_process import NO_ANSWER
 from service.wire.json_text import write_json
@@ -74,6 +74,8 @@ def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
 def _trace(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     """The object that `incsvr trace --json` writes, with the time `since` from which on the traced data begin [s].
 
+    Where no effect is found it holds nothing but `effects`, an empty list.
+
     An effect may have come on in the middle: where the whole says that something changed at an instant, the part after
     it says what; where the whole holds nothing that could be taken up, the part from `half` on may.
     """
@@ -98,12 +100,15 @@ def _trace(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
 def _trace_stretch(job: Mapping[str, Any], streams: Streams, since: float) -> dict[str, Any]:
     axis = AXES[job["axis"]]
     run = replace(as_run(streams), rate_name=axis.rate, rate_limit=job.get("rate_limit"))
-    return trace([run], inertia=job["inertia"], torque=job.get("torque")).to_dict() | {"since": since}
+    found = trace_if_found([run], inertia=job["inertia"], torque=job.get("torque"))
+    return {"effects": []} if found is None else found.to_dict() | {"since": since}
 
 
 def _usable(found: Mapping[str, Any]) -> bool:
     """Whether a trace names an effect that holds on other data, too."""
-    return bool({each["effect"] for each in found["effects"]} & set(_compensation(found["model"]).names))
+    return bool(found["effects"]) and bool(
+        {each["effect"] for each in found["effects"]} & set(_compensation(found["model"]).names)
+    )
 
 
 def _compare(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:

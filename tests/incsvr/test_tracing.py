@@ -13,7 +13,7 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from incsvr.errors import BadInput
-from incsvr.tracing import trace
+from incsvr.tracing import trace, trace_if_found
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Run
@@ -49,6 +49,14 @@ def test_names_what_is_hidden_and_proves_it(effect: str) -> None:
     change = found.error["change"]["free_run_rmse"]
     assert change["low"] <= change["estimate"] <= change["high"] < 0.0
     assert found.error["after"]["torque_rmse"] < found.error["before"]["torque_rmse"]
+
+
+@pytest.mark.parametrize("effects", [("torque_lag",), ()])
+def test_a_trace_that_is_asked_for_effects_alone_is_the_same_or_none(effects: tuple[str, ...]) -> None:
+    whole, outcome = traced(*effects), play(Trial(11, effects, 1.0, "leng", "multisine", 0.5, 360.0))
+    found = trace_if_found([as_run(outcome.recording)], inertia=outcome.inertia)
+    assert (None if found is None else found.to_dict()) == (whole.to_dict() if whole.effects else None)
+    assert (found is None) == (not effects)
 
 
 def test_names_nothing_where_nothing_is_hidden() -> None:
