@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from incsvr.errors import BadInput
 from incsvr.learning.continuation import Continuation
 from incsvr.learning.kernel import rbf
-from incsvr.learning.spread import Spread
 from incsvr.learning.support_set import SupportSet
 from incsvr.numerics import Array, lapack
 
@@ -25,15 +24,6 @@ MAX_NODES = 4096
 """Nodes of a table at most."""
 MIN_RANGE_RAD_S = 1e-9
 """Width of a learned range below which it is one rate [rad/s]."""
-SYSTEMATIC_NOISES = 0.3
-"""Doubt that no number of samples takes away, in noise levels: between two samples torque and water are not known, and
-the curve is as smooth as its kernel. On ordinary missions (seeds 2000 on) the weighted policy's band of 95 % holds the
-truth in 94 % with it, and in 91 % with 0.2; in the paper's experiment, where the noise is the gyro's, in all."""
-NOISE_SHARE = sqrt(1.0 - SYSTEMATIC_NOISES**2)
-"""The noise as a part of what fresh samples leave over, which holds the systematic doubt as well."""
-WATER_FACTOR = 1.5
-"""Factor by which the water stands in what was learned beside what it would at random: motion counts as driven where
-its work is clear, and the water may have helped it."""
 MAX_GAP_LENGTHS = 0.5
 """Distance from the nearest vector beyond which a rate between vectors is not learned either, in kernel lengths."""
 
@@ -68,24 +58,22 @@ class Table:
     """A model made ready for questions.
 
     Attributes:
+        support: the vectors.
         low, high: the learned range [rad/s].
         scale, cells: nodes stand at low, low + 1/scale, …, low + cells/scale.
         rows: (8, cells + 1): the cubic of each cell in u ∈ [0, 1), then sigma and its increase, then the noise and its
             increase; the last node is a cell of its own.
         thin: (cells + 1,) whether a cell is far from every vector; None where none is.
-        noise: its level [N m].
-        spread: how it follows the rate.
         beyond: the curve outside.
     """
 
+    support: SupportSet
     low: float
     high: float
     scale: float
     cells: int
     rows: Array
     thin: NDArray[np.bool_] | None
-    noise: float
-    spread: Spread
     beyond: Continuation
 
     @staticmethod
@@ -100,8 +88,7 @@ class Table:
         f = kernel @ support.weight
         slope = (-2.0 * support.gamma * h) * (nodes * f - kernel @ (support.weight * x))
         following = np.append(slope[1:], 0.0)
-        doubt = _doubt(support, nodes, kernel)
-        noise = NOISE_SHARE * support.sigma * support.spread.at(nodes)
+        doubt, noise = _doubt(support, nodes, kernel), support.sample_noise(nodes)
         sigma = np.hypot(noise, doubt)
         at_nodes = np.array((f, sigma, noise))
         rise, increase, louder = np.diff(at_nodes, append=at_nodes[:, -1:])
@@ -129,9 +116,7 @@ class Table:
             at_ends=(float(f[0]), float(f[-1])),
             doubt=(float(doubt[0]), float(doubt[-1])),
         )
-        return Table(
-            low, high, 1.0 / h, cells, rows, thin if thin.any() else None, support.sigma, support.spread, beyond
-        )
+        return Table(support, low, high, 1.0 / h, cells, rows, thin if thin.any() else None, beyond)
 
     def predict(self, rate: Array) -> Prediction:
         """The prediction at (n,) rates [rad/s]."""
@@ -152,7 +137,7 @@ class Table:
         if beyond:
             damping[outside], doubt = self.beyond.predict(rate[outside])
             derivative[outside] = self.beyond.derivative(rate[outside])
-            noise[outside] = NOISE_SHARE * self.noise * self.spread.at(rate[outside])
+            noise[outside] = self.support.sample_noise(rate[outside])
             sigma[outside] = np.hypot(noise[outside], doubt)
         if self.thin is not None:
             outside |= self.thin[cell]
@@ -176,10 +161,8 @@ class Table:
 def _doubt(support: SupportSet, nodes: Array, kernel: Array) -> Array:
     """Standard deviation of the curve at the nodes [N m].
 
-    The noise: that of a Gaussian process with the model's kernel, the curve's largest moment as its scale, and as much
-    noise in each vector as its samples leave. Beside it what no number of samples takes away (SYSTEMATIC_NOISES),
-    and what the water may have made of the slope. All of it as much wider as fresh samples have disagreed
-    (disagreement.py).
+    That of a Gaussian process with the model's kernel, the curve's largest moment as its scale, and as much noise in
+    each vector as its samples leave; and what the support set adds to it.
 
     Args:
         nodes: (k,) rates [rad/s].
@@ -190,8 +173,4 @@ def _doubt(support: SupportSet, nodes: Array, kernel: Array) -> Array:
     gram = support.gram + np.diag(ratio / (support.worth * support.count))
     solved = lapack.dpotrs(lapack.cholesky(gram), kernel.T)[0]
     explained = (kernel.T * solved).sum(axis=0)
-    noise = scale**2 * np.maximum(1.0 - explained, 0.0)
-    own = np.sqrt(
-        noise + (SYSTEMATIC_NOISES * support.sigma) ** 2 + (WATER_FACTOR * support.slope_by_water * nodes) ** 2
-    )
-    return np.asarray(support.widening * own)
+    return support.doubt(scale**2 * np.maximum(1.0 - explained, 0.0), nodes)

@@ -13,6 +13,16 @@ from incsvr.learning.kernel import rbf
 from incsvr.learning.spread import Spread
 from incsvr.numerics import Array, independent_part
 
+SYSTEMATIC_NOISES = 0.3
+"""Doubt that no number of samples takes away, in noise levels: between two samples torque and water are not known, and
+the curve is as smooth as its kernel. On ordinary missions (seeds 2000 on) the weighted policy's band of 95 % holds the
+truth in 94 % with it, and in 91 % with 0.2; in the paper's experiment, where the noise is the gyro's, in all."""
+NOISE_SHARE = sqrt(1.0 - SYSTEMATIC_NOISES**2)
+"""The noise as a part of what fresh samples leave over, which holds the systematic doubt as well."""
+WATER_FACTOR = 1.5
+"""Factor by which the water stands in what was learned beside what it would at random: motion counts as driven where
+its work is clear, and the water may have helped it."""
+
 
 @dataclass(frozen=True, eq=False)
 class SupportSet:
@@ -65,6 +75,19 @@ class SupportSet:
         """How many independent samples one of a vector is worth: noise that is correlated counts less, and the loss |e|
         of an SVR takes π/2 times as many as least squares."""
         return independent_part(self.correlation) * 2.0 / pi
+
+    def sample_noise(self, rate: Array) -> Array:
+        """(n,) standard deviation of the noise of a fresh sample at (n,) rates [N m]."""
+        return np.asarray(NOISE_SHARE * self.sigma * self.spread.at(rate))
+
+    def doubt(self, variance: Array, rate: Array) -> Array:
+        """(n,) standard deviation of the answers at (n,) rates [N m], whose noise alone makes this variance [N² m²].
+
+        Beside it stands what no number of samples takes away (SYSTEMATIC_NOISES), and what the water may have made of
+        the slope; all of it as much wider as fresh samples have disagreed (disagreement.py).
+        """
+        systematic, water = SYSTEMATIC_NOISES * self.sigma, WATER_FACTOR * self.slope_by_water * rate
+        return np.asarray(self.widening * np.sqrt(variance + systematic**2 + water**2))
 
     @property
     def slope_by_water(self) -> float:

@@ -130,20 +130,15 @@ def follow(
         predicted: (n,) f(x) of these samples under `model` [N m].
         index: (n,) their places in the stream.
     """
-    low, high = settings.rate_range
-
-    def phi(rate: Array, curve: Array) -> Array:
-        return features((2.0 * rate - low - high) / (high - low), curve)
-
     points, probation, sentence = vectors.points, watch.probation, None
     # Both curves are judged by the same samples: those at rates that both knew.
     known = points.yaw_rate if probation is None else probation.vectors.points.yaw_rate
     inside = (batch.yaw_rate >= known[0]) & (batch.yaw_rate <= known[-1])
     rate, damping, now, index = batch.yaw_rate[inside], batch.damping[inside], predicted[inside], index[inside]
-    fresh = gather(rate, phi(rate, now), damping - now, index, noise)
+    fresh = gather(rate, _features(settings, rate, now), damping - now, index, noise)
     if probation is not None:
         then = probation.model.evaluate(rate)
-        before = gather(rate, phi(rate, then), damping - then, index, noise)
+        before = gather(rate, _features(settings, rate, then), damping - then, index, noise)
         lead = probation.lead + surprise(fresh, probation.precision) - surprise(before, probation.held)
         if lead > ALARM_LOG_ODDS:
             sentence = f"the damping is as it was before the last change (ln Bayes factor {lead:.1f})"
@@ -155,7 +150,7 @@ def follow(
     seen = min(watch.seen + 1, YOUNG_CURVE_BATCHES)
     recent = (*watch.recent, fresh)[-WINDOW_BATCHES[-1] :]
     free = prior(noise.sigma)
-    at_vectors = phi(points.yaw_rate, model.at_support)
+    at_vectors = _features(settings, points.yaw_rate, model.at_support)
     held = (at_vectors.T * (vectors.information * noise.worth)) @ at_vectors + free
     log_factor, evidence = weigh(recent, held, free)
     changed = log_factor > ALARM_LOG_ODDS and seen >= YOUNG_CURVE_BATCHES
@@ -166,18 +161,43 @@ def follow(
     else:
         return vectors, Watch(seen, recent), sentence
 
-    # A correction is not trusted beyond the largest rate that showed it: from there on it stays as it is.
-    reached = np.clip(points.yaw_rate, -evidence.reach, evidence.reach)
-    at_vectors = phi(reached, model.evaluate(reached))
-    correction = at_vectors @ np.linalg.solve(precision, evidence.score)
+    at_vectors, correction = _correction(settings, points.yaw_rate, model, evidence, precision)
     moved = replace(vectors, points=replace(points, damping=points.damping + correction))
-    if not changed:
-        assert probation is not None
-        probation = replace(probation, precision=precision, batches=probation.batches - 1)
-        return moved, Watch(seen, (), probation if probation.batches else None), None
-    doubt = (at_vectors * np.linalg.solve(precision, at_vectors.T).T).sum(axis=1)
-    moved = replace(moved, information=1.0 / (1.0 / vectors.information + VECTORS_PER_FREEDOM * noise.worth * doubt))
-    curve = at_vectors[:, 0]
+    if changed:
+        doubt = VECTORS_PER_FREEDOM * noise.worth * _variance(at_vectors, precision)
+        moved = replace(moved, information=1.0 / (1.0 / vectors.information + doubt))
+        probation = Probation(precision, PROBATION_BATCHES, vectors, model, held)
+        sentence = _sentence(correction, at_vectors[:, 0], log_factor)
+        return moved, Watch(seen, (), probation), sentence
+    assert probation is not None
+    probation = replace(probation, precision=precision, batches=probation.batches - 1)
+    return moved, Watch(seen, (), probation if probation.batches else None), None
+
+
+def _features(settings: Settings, rate: Array, curve: Array) -> Array:
+    """(n, p) features of a correction at (n,) rates [rad/s] at which the curve is `curve` (n,) [N m]."""
+    low, high = settings.rate_range
+    return features((2.0 * rate - low - high) / (high - low), curve)
+
+
+def _correction(
+    settings: Settings, rate: Array, model: Model, evidence: Evidence, precision: Array
+) -> tuple[Array, Array]:
+    """The features (n, p) of a correction of a model at (n,) rates, and the correction (n,) [N m].
+
+    It is not trusted beyond the largest rate that showed it: from there on it stays as it is.
+    """
+    reached = np.clip(rate, -evidence.reach, evidence.reach)
+    phi = _features(settings, reached, model.evaluate(reached))
+    return phi, phi @ np.linalg.solve(precision, evidence.score)
+
+
+def _variance(phi: Array, precision: Array) -> Array:
+    """(n,) variance of a correction of this precision (p, p) where its features are phi (n, p) [N² m²]."""
+    return np.asarray((phi * np.linalg.solve(precision, phi.T).T).sum(axis=1))
+
+
+def _sentence(correction: Array, curve: Array, log_factor: float) -> str:
+    """The change as people read it: a correction (n,) of a curve (n,) [N m], and how sure it is."""
     gain = 100.0 * float(correction @ curve) / max(float(curve @ curve), 1e-300)
-    sentence = f"the damping has changed by about {gain:+.0f} % (ln Bayes factor {log_factor:.1f})"
-    return moved, Watch(seen, (), Probation(precision, PROBATION_BATCHES, vectors, model, held)), sentence
+    return f"the damping has changed by about {gain:+.0f} % (ln Bayes factor {log_factor:.1f})"

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.learning.kernel import rbf_at_rest, rbf_at_rest_slope
-from incsvr.learning.prediction import NOISE_SHARE, SYSTEMATIC_NOISES, WATER_FACTOR, Prediction
+from incsvr.learning.prediction import Prediction
 from incsvr.learning.several_velocities.drag import Drag
 from incsvr.learning.support_set import SupportSet
 from incsvr.learning.velocities import distances, points
@@ -167,7 +167,7 @@ class Surface:
         u, z = several.scaled(several.velocity)
         phi = several.terms(u)
         largest = support.largest_damping
-        level = np.maximum(support.sigma * support.spread.at(support.rate), 1e-6 * largest)
+        level = np.maximum(support.noise, 1e-6 * largest)
         left = np.abs(support.damping - phi @ several.drag)
         scale = max(float(left.max()), float(level.max()))
         kernel = rbf_at_rest(z, z, support.gamma)
@@ -198,13 +198,10 @@ class Surface:
         left = self.scale**2 * np.maximum(1.0 - at_rest - np.sum(kernel.T * solved, axis=0), 0.0)
         unexplained = phi - solved.T @ self.terms
         left += np.sum(unexplained @ self.doubt * unexplained, axis=1)
-        own_doubt = np.sqrt(
-            left + (SYSTEMATIC_NOISES * support.sigma) ** 2 + (WATER_FACTOR * support.slope_by_water * own) ** 2
-        )
-        noise = NOISE_SHARE * support.sigma * support.spread.at(own)
-        sigma = np.hypot(noise, support.widening * own_doubt)
+        noise = support.sample_noise(own)
+        sigma = np.asarray(np.hypot(noise, support.doubt(left, own)))
         derivative = self.several.derivative(velocity, support.gamma, support.weight)
-        return Prediction(damping, np.asarray(sigma), self._outside(velocity), np.asarray(noise), derivative)
+        return Prediction(damping, sigma, self._outside(velocity), noise, derivative)
 
     def _outside(self, velocity: Array) -> NDArray[np.bool_]:
         """(n,) whether (n, d) velocities lie outside the cloud that was driven."""
