@@ -21,4 +21,4 @@ print(found["headline"])
 # Feed-forward: the torque that holds a yaw rate is the damping there.
 for rate in (0.05, 0.1, 0.15):
     torque = np.interp(rate, curve["rate"], curve["damping"])
-    print(f"{rate:.2f} rad/s is held by {torque:.1f} N m")
+    print(f"{rate:.2f} rad/s needs {torque:.1f} N m")
