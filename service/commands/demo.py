@@ -24,6 +24,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from incsvr.errors import BadInput, Failed
+from incsvr.plant.axes import AXES
 from incsvr.signals import RUN_PAUSE_S
 from service.bus.session import client_config_at, free_endpoint, open_session
 from service.cli.output import add_json_argument, destination, emit, writing
@@ -40,8 +41,10 @@ DEFAULT_SPEED = 25.0
 COMPARE_FLAGS = ("--compare", "14", "25")
 """The last iterations without and with the hull, for the viewer's page Before and after (Fig. 8)."""
 DEFAULT_SEED = 1
-LOG_WRITER = "simulator.steered"
+LOG_WRITER, DIVE_WRITER = "simulator.steered", "simulator.dive_log"
 """Loaded for a log alone: else the simulator runs as a process of its own."""
+WHOLE_VEHICLES = ("rov", "torpedo", "boat")
+"""Simulated vehicles that move along several axes."""
 TABLE_TIMEOUT_S = 120.0
 """Table I, which is made beside the rest, is there so long after it [s]."""
 
@@ -65,6 +68,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=destination,
         help="write a log of five minutes of the simulated vehicle, to try fit and trace on, and run no experiment",
     )
+    parser.add_argument(
+        "--vehicle",
+        choices=("leng", *WHOLE_VEHICLES),
+        default="leng",
+        help="vehicle of --log: leng turns about yaw, the others move along several axes, to try identify on "
+        "(default leng)",
+    )
     add_json_argument(parser)
 
 
@@ -75,6 +85,8 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput(f"--seed {args.seed}: give a whole number from 0 to {2**32 - 1}")
     if args.log is not None:
         return _write_log(args)
+    if args.vehicle != "leng":
+        raise BadInput(f"--vehicle {args.vehicle} is the vehicle of a log: name its file with --log FILE.csv")
     began = time.monotonic()
     for number in (signal.SIGINT, signal.SIGTERM):  # in the background of a script SIGINT begins as ignored
         signal.signal(number, _interrupt)
@@ -92,6 +104,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _write_log(args: argparse.Namespace) -> int:
     """A log for those who have none yet."""
+    if args.vehicle in WHOLE_VEHICLES:
+        return _write_dive(args)
     with writing(args.log, "--log"):
         inertia = float(importlib.import_module(LOG_WRITER).write_log(args.log, args.seed))
     text = (
@@ -101,6 +115,22 @@ def _write_log(args: argparse.Namespace) -> int:
         f"  incsvr trace {args.log} --inertia {inertia:g}"
     )
     emit(args, {"log": str(args.log), "inertia": inertia, "seed": args.seed}, text)
+    return 0
+
+
+def _write_dive(args: argparse.Namespace) -> int:
+    """A log of all axes of a vehicle."""
+    with writing(args.log, "--log"):
+        body = importlib.import_module(DIVE_WRITER).write_dive(args.log, args.vehicle, args.seed)
+    inertia = dict(zip(AXES, body.mass.diagonal().tolist(), strict=True))
+    inertia = {axis: inertia[axis] for axis in body.moves}
+    named = ", ".join(f"{axis} {value:.3g}" for axis, value in inertia.items())
+    text = (
+        f"{args.log} is a log of five minutes of a simulated {args.vehicle}.\n"
+        f"Its inertia with the water's [kg, kg m²]: {named}.\n"
+        f"Go on with incsvr identify {args.log} --write {args.vehicle}.yaml"
+    )
+    emit(args, {"log": str(args.log), "vehicle": args.vehicle, "inertia": inertia, "seed": args.seed}, text)
     return 0
 
 

@@ -34,10 +34,10 @@ def vehicle_remarks(vehicle: Vehicle, body: RigidBody, holds: Callable[[Term], b
         found.append(f"The dives do not show: {', '.join(unsure)}.")
     if lost:
         found.append(f"This format cannot hold: {'; '.join(lost)}.")
-    parts = "as declared" if body.declared else "the largest that body and water together admit"
+    part = "as declared" if body.declared else "the largest that body and water together admit"
+    cure = "" if body.declared else "; --dry-mass, --dry-inertia and --inertia-xy declare it"
     found.append(
-        f"The dives show only the sum of body and water. The body's part is {parts}; the rest is added mass. "
-        "--dry-mass, --dry-inertia and --inertia-xy declare the body's."
+        f"The dives show only the sum of body and water. The body's part is {part}{cure}. The rest is added mass."
     )
     return [*found, *_hydrostatics(vehicle, body, flu)]
 
