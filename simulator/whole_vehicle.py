@@ -19,7 +19,7 @@ MAX_STEP_S = 0.02
 def moved_by(log: Streams, vehicle: Vehicle, name: str) -> Recording:
     """The recording of what a vehicle does from rest under the efforts of a log: velocities, roll, pitch, efforts.
 
-    The heading is left out: a learner of yaw holds it against the gyro as if the vehicle stayed level.
+    The heading is left out, because no learner needs it.
 
     Args:
         log: streams by the names of recordings, of which the efforts along driven axes are taken.

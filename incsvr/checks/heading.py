@@ -22,6 +22,11 @@ MIN_AGREEMENT = 0.7
 """Agreement of gyro and heading beyond which they turn together: both are noisy."""
 MISSING_SAMPLE_STEPS = 1.5
 """Pause between two samples, in least steps between them, from which on some are missing."""
+TILT_RATES = ("roll_rate", "pitch_rate")
+"""Channels that show whether the vehicle stays level."""
+MAX_TILT_RAD = 0.2
+"""Angle [rad] through which a vehicle may roll or pitch in a batch and still turn its heading by its yaw rate: beyond,
+ψ̇ = (q sin φ + r cos φ)/cos θ differs from r by more than a gyro's zero does."""
 MIN_HEADINGS = 5
 """Headings of a batch from which anything is told."""
 
@@ -48,6 +53,8 @@ def against_heading(batch: Samples, largest_rate: float) -> list[Finding]:
         if abs(agree) < MIN_AGREEMENT:
             degrees = abs(_agree(gyro, _increments(batch, 360.0)[1])) > MIN_AGREEMENT
             return [_unit(span)] if degrees else []
+    if not _is_level(batch):
+        return []
     bias = float((gyro - compass).sum() / lasted.sum())
     each = (gyro - compass) - bias * lasted
     # increments share their ends' errors, which cancel in the sum: the two ends of the batch are what is left
@@ -62,6 +69,17 @@ def against_heading(batch: Samples, largest_rate: float) -> list[Finding]:
             )
         ]
     return []
+
+
+def _is_level(batch: Samples) -> bool:
+    """Whether the vehicle rolls and pitches little, as far as its rates were recorded; their zeros do not count."""
+    for name in TILT_RATES:
+        rate = batch.channels.get(name)
+        if rate is not None and np.isfinite(rate).all():
+            angle = running_integral(batch.time, rate - rate.mean())
+            if float(np.ptp(angle)) > MAX_TILT_RAD:
+                return False
+    return True
 
 
 def _unit(span: str) -> Finding:

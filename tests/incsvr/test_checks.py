@@ -282,6 +282,16 @@ def test_a_compass_that_counts_clockwise_is_said_and_learning_goes_on() -> None:
     assert all(verdict.learn for verdict in verdicts)
 
 
+def test_a_vehicle_that_rolls_turns_its_heading_otherwise_than_the_gyro_says() -> None:
+    """ψ̇ = q sin φ + r cos φ: a pitch rate at an angle of roll is no gyro's zero."""
+    found = heading(1.0, 0.02)
+    t, _ = found["yaw_rate"]
+    level = {name: (t, 0.01 * np.sin(t)) for name in ("roll_rate", "pitch_rate")}
+    rolling = {**level, "roll_rate": (t, 0.3 * np.sin(t))}
+    assert guided(found | level)[1][0].findings[0].sentence == guided(found)[1][0].findings[0].sentence
+    assert not [each for each in guided(found | rolling)[1][0].findings if "heading" in each.sentence]
+
+
 def test_a_heading_in_degrees_is_said() -> None:
     _, verdicts = guided(heading(1.0, 0.0, unit=180.0 / np.pi))
     assert any("give it in rad" in finding.sentence for verdict in verdicts for finding in verdict.findings)
