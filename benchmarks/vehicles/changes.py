@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.study import begin, in_processes, options
 from benchmarks.tables import page, share, table
 from incsvr.vehicle import compare, on_grid
-from simulator.six_degrees import BODIES, NAMES, swim
+from simulator.six_degrees import BODIES, NAMES, swim_together
 
 DIVES = 4
 """Dives of each vehicle; in half of the vehicles the drag of one axis changes after the second."""
@@ -26,7 +26,7 @@ def compared(case: tuple[str, int, float, float]) -> dict[str, Any]:
     axis = str(rng.choice(list(body.effort)))
     more = np.where(np.array(NAMES) == axis, factor, 1.0)
     later = replace(body, linear=body.linear * more, quadratic=body.quadratic * more)
-    logs = [swim(body if k < DIVES // 2 else later, seconds, rng) for k in range(DIVES)]
+    logs = swim_together([body if k < DIVES // 2 else later for k in range(DIVES)], seconds, rng)
     step = on_grid(logs).step
     found = compare([on_grid([log], step) for log in logs], [str(k) for k in range(DIVES)])
     told = [(int(dive), quantity.axis, quantity.kind) for dive, quantity, _ in found.changes]
@@ -36,14 +36,16 @@ def compared(case: tuple[str, int, float, float]) -> dict[str, Any]:
 def main(words: Sequence[str] | None = None) -> int:
     parser = options(
         "benchmarks.vehicles.changes", __doc__ or "", first_seed=(3_100_000, "first seed"),
-        each=(10, "vehicles of each kind and column"), seconds=(300.0, "length of a dive [s]"),
+        each=(10, "vehicles of each kind that change"), quiet=(50, "vehicles of each kind that do not"),
+        seconds=(120.0, "length of a dive [s]"),
         factor=(1.15, "of the drag that changes"), processes=(2, "processes"),
     )  # fmt: skip
     args, when = begin(parser, words)
     kinds = ("torpedo", "boat")
     cases = [
         (kind, args.first_seed + 1000 * column + k, args.seconds, factor)
-        for kind in kinds for column, factor in enumerate((args.factor, 1.0)) for k in range(args.each)
+        for kind in kinds for column, (factor, count) in enumerate(((args.factor, args.each), (1.0, args.quiet)))
+        for k in range(count)
     ]  # fmt: skip
     drawn = in_processes(compared, cases, "vehicles", args.processes)
     rows = []
