@@ -25,11 +25,13 @@ class Changes:
 
     Attributes:
         reference: (quantities, dives) mean of the dives since the last change; no number in the first of them.
+        reference_error: (quantities, dives) its standard error.
         p_value: (quantities, dives) of no change against that mean; no number in the first of them.
         changed: (quantities, dives) whether the quantity changed in this dive.
     """
 
     reference: Array
+    reference_error: Array
     p_value: Array
     changed: NDArray[np.bool_]
 
@@ -45,7 +47,7 @@ def changes(estimate: Array, error: Array, freedom: Array, share: Array) -> Chan
         freedom: (quantities, dives) degrees of freedom of the errors.
         share: (quantities,) part of the level that each may spend: one over the quantities of its vehicle.
     """
-    reference, p_value = np.full(estimate.shape, np.nan), np.full(estimate.shape, np.nan)
+    reference, reference_error, p_value = (np.full(estimate.shape, np.nan) for _ in range(3))
     changed = np.zeros(estimate.shape, dtype=np.bool_)
     number = np.zeros(estimate.shape[0])
     weights, squares, total, least = (np.zeros(estimate.shape[0]) for _ in range(4))
@@ -59,7 +61,8 @@ def changes(estimate: Array, error: Array, freedom: Array, share: Array) -> Chan
         own = error[tested, k] ** 2
         together = (own + variance) ** 2 / (own**2 / freedom[tested, k] + variance**2 * alike / f)
         apart = np.abs(estimate[tested, k] - mean) / np.sqrt(own + variance)
-        reference[tested, k], p_value[tested, k] = mean, 2.0 * stdtr(together, -apart)
+        reference[tested, k], reference_error[tested, k] = mean, np.sqrt(variance)
+        p_value[tested, k] = 2.0 * stdtr(together, -apart)
         dives = number[tested] - 1.0
         changed[tested, k] = p_value[tested, k] < LEVEL * share[tested] / (dives * (dives + 1.0))
         begins = there & (changed[:, k] | (weights == 0.0))
@@ -70,4 +73,4 @@ def changes(estimate: Array, error: Array, freedom: Array, share: Array) -> Chan
         total = np.where(begins, value, total + value)
         smaller = np.where(there, freedom[:, k], np.inf)
         least = np.where(begins, smaller, np.minimum(np.where(least > 0.0, least, np.inf), smaller))
-    return Changes(reference, p_value, changed)
+    return Changes(reference, reference_error, p_value, changed)

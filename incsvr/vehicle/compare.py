@@ -59,19 +59,43 @@ class Value:
 
     Attributes:
         estimate, error: value and standard error, in its unit.
+        freedom: degrees of freedom of the error.
         low, high: its interval of 95 %.
         reference: mean of the dives since the last change; None of the first of them.
+        reference_error: its standard error; None of the first.
         p_value: of no change against that mean; None of the first.
         changed: whether the test says that it changed in this dive.
     """
 
     estimate: float
     error: float
+    freedom: float
     low: float
     high: float
     reference: float | None
+    reference_error: float | None
     p_value: float | None
     changed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """How a dive went.
+
+    Attributes:
+        seconds: length of its motion [s].
+        speed, effort: (6,) RMS velocities [m/s], [rad/s] and efforts [N], [N m] of all axes.
+    """
+
+    seconds: float
+    speed: tuple[float, ...]
+    effort: tuple[float, ...]
+
+    @staticmethod
+    def of(motion: WholeMotion) -> Conditions:
+        """Those of a motion."""
+        speed, effort = (np.sqrt(np.mean(each**2, axis=0)).tolist() for each in (motion.velocity, motion.effort))
+        return Conditions(motion.seconds, tuple(speed), tuple(effort))
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +104,14 @@ class Comparison:
 
     Attributes:
         dives: their names, in order.
+        conditions: how each went.
         quantities: what is compared.
         values: (quantities, dives).
         identified: the model of all dives together.
     """
 
     dives: tuple[str, ...]
+    conditions: tuple[Conditions, ...]
     quantities: tuple[Quantity, ...]
     values: tuple[tuple[Value, ...], ...]
     identified: Identified
@@ -105,11 +131,14 @@ class Comparison:
         return [
             {
                 "dive": dive, "axis": quantity.axis, "quantity": quantity.kind, "at_speed": quantity.speed,
-                "unit": quantity.unit, "estimate": value.estimate, "standard_error": value.error, "low": value.low,
-                "high": value.high, "reference": value.reference, "p_value": value.p_value, "changed": value.changed,
+                "unit": quantity.unit, "estimate": value.estimate, "standard_error": value.error,
+                "degrees_of_freedom": value.freedom, "low": value.low, "high": value.high,
+                "reference": value.reference, "p_value": value.p_value, "changed": value.changed,
+                "seconds": went.seconds, "rms_speed": went.speed[list(AXES).index(quantity.axis)],
+                "rms_effort": went.effort[list(AXES).index(quantity.axis)],
             }
             for quantity, row in zip(self.quantities, self.values, strict=True)
-            for dive, value in zip(self.dives, row, strict=True)
+            for dive, went, value in zip(self.dives, self.conditions, row, strict=True)
         ]  # fmt: skip
 
 
@@ -149,7 +178,8 @@ def compare(
         fitted = fit(windows, structure, start, np.maximum(np.abs(start), scales.start(structure)[1]), (low, high))
         found.append(_measured(fitted, quantities))
     values = _values(np.stack(found, axis=1))
-    return Comparison(tuple(names), quantities, tuple(values), identified)
+    conditions = tuple(Conditions.of(dive) for dive in dives)
+    return Comparison(tuple(names), conditions, quantities, tuple(values), identified)
 
 
 def _quantities(structure: Structure, motion: WholeMotion, known: Sequence[int]) -> tuple[Quantity, ...]:
@@ -187,7 +217,8 @@ def _values(rows: Array) -> list[tuple[Value, ...]]:
     estimate, error, freedom = np.moveaxis(rows, 2, 0)
     reach = student.ppf(0.975, freedom) * error
     found = changes(estimate, error, freedom, np.full(rows.shape[0], 1.0 / rows.shape[0]))
-    columns = np.stack([estimate, error, estimate - reach, estimate + reach, found.reference, found.p_value], axis=2)
+    ends = [freedom, estimate - reach, estimate + reach]
+    columns = np.stack([estimate, error, *ends, found.reference, found.reference_error, found.p_value], axis=2)
     return [
         tuple(_value(each, flag) for each, flag in zip(row, flags, strict=True))
         for row, flags in zip(columns.tolist(), found.changed.tolist(), strict=True)
@@ -196,6 +227,6 @@ def _values(rows: Array) -> list[tuple[Value, ...]]:
 
 def _value(numbers: list[float], changed: bool) -> Value:
     """The value of its numbers in their order, with none for what is no number."""
-    estimate, error, low, high = numbers[:4]
-    reference, p_value = (None if np.isnan(each) else each for each in numbers[4:])
-    return Value(estimate, error, low, high, reference, p_value, changed)
+    estimate, error, freedom, low, high = numbers[:5]
+    reference, reference_error, p_value = (None if np.isnan(each) else each for each in numbers[5:])
+    return Value(estimate, error, freedom, low, high, reference, reference_error, p_value, changed)

@@ -1,4 +1,4 @@
-"""The reports of a trace, of a fit and of a vehicle: one self-contained HTML file each, to read, print and file."""
+"""The reports of a trace, a fit, a vehicle and of dives compared: one self-contained HTML file each, to keep."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.plant.axes import YAW, Axis
 from incsvr.tracing import Trace
-from incsvr.vehicle import Identified
+from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
 
-__all__ = ["write", "write_fit", "write_vehicle"]
+__all__ = ["write", "write_dives", "write_fit", "write_vehicle"]
 
 
 def write(trace: Trace, path: Path, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> None:
@@ -51,6 +51,18 @@ def write_vehicle(
     with _needs_libraries():
         from viewer.report.vehicle_page import vehicle_page
     _write(path, vehicle_page(found, notes, provenance))
+
+
+def write_dives(
+    compared: Comparison,
+    explanations: Mapping[str, Sequence[str]],
+    path: Path,
+    provenance: Mapping[str, str] | None = None,
+) -> None:
+    """Writes the report of dives compared; `explanations` are the causes that fit by dive; otherwise as `write`."""
+    with _needs_libraries():
+        from viewer.report.dives_page import dives_page
+    _write(path, dives_page(compared, explanations, provenance))
 
 
 @contextmanager

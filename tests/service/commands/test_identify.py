@@ -104,12 +104,30 @@ def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path)
         write(tmp_path / f"{name}.csv", from_streams(name, swim(each, 120.0, rng)))
     dives = [str(tmp_path / f"{name}.csv") for name in ("may", "june", "july")]
     target, history = tmp_path / "compared.json", tmp_path / "history.parquet"
-    assert main(["compare", *dives, "--json", str(target), "--table", str(history)]) == 0
-    rows = json.loads(target.read_text(encoding="utf-8"))["rows"]
+    report = tmp_path / "compared.html"
+    words = ["--json", str(target), "--table", str(history), "--report", str(report), "--name", "auv"]
+    assert main(["compare", *dives, *words]) == 0
+    found = json.loads(target.read_text(encoding="utf-8"))
+    rows, cause = found["rows"], "the yaw drag alone changed"
     changed = [(row["dive"], row["axis"], row["quantity"]) for row in rows if row["changed"]]
     assert changed == [("july.csv", "yaw", "drag")]
-    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra logs is not installed")
-    assert parquet.read_table(history).num_rows == len(rows)
+    assert [each[: len(cause)] for each in found["explanations"]["july.csv"]] == [cause]
+    page = report.read_text(encoding="utf-8")
+    assert page.count("<svg") == 6
+    assert "in july.csv" in page
+    assert cause[1:] in page
+    pytest.importorskip("pyarrow", reason="the extra logs is not installed")
+    again, stored = tmp_path / "again.json", tmp_path / "again.parquet"
+    assert main(["compare", str(history), "--json", str(again), "--table", str(stored)]) == 0
+    told = json.loads(again.read_text(encoding="utf-8"))
+    yaw = next(row for row in rows if row["changed"])
+    assert told["coefficients"] == len(rows)
+    assert [(row["vehicle"], row["dive"], row["p_value"]) for row in told["changes"]] == [
+        ("auv", "july.csv", pytest.approx(yaw["p_value"]))
+    ]
+    assert main(["compare", str(stored)]) == 0  # what was written is a table of dives again
+    assert main(["compare", str(history), dives[0]]) == 2
+    assert main(["compare", str(history), "--report", str(report)]) == 2
 
 
 def test_one_dive_is_nothing_to_compare(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,86 @@
+"""The table of dives: one row a dive, axis and coefficient, as Parquet, for any dataframe and for `incsvr compare`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.vehicle.changes import Changes
+from incsvr.vehicle.compare import Comparison
+from incsvr.vehicle.history import History
+from service.cli.extras import how_to_install
+
+TEXTS = ("vehicle", "axis", "quantity")
+NUMBERS = ("at_speed", "estimate", "standard_error", "degrees_of_freedom")
+"""Columns that a table must have to be compared."""
+
+
+def write(path: Path, compared: Comparison, vehicle: str) -> None:
+    """Writes the rows of a comparison of one vehicle."""
+    arrow, parquet = packages()
+    about = {"vehicle": vehicle, "version": version("incsvr")}
+    parquet.write_table(arrow.Table.from_pylist([{**about, **row} for row in compared.rows()]), path)
+
+
+def is_dive_table(path: Path) -> bool:
+    """Whether a file is a table of dives, by its columns."""
+    if path.suffix != ".parquet" or not path.is_file():
+        return False
+    arrow, parquet = packages()
+    try:
+        return {*TEXTS, *NUMBERS} <= set(parquet.read_schema(path).names)
+    except (arrow.ArrowException, OSError):
+        return False  # the reader of logs says what is wrong with it
+
+
+def read(paths: Sequence[Path]) -> tuple[Any, History]:
+    """The rows of tables, one after the other, as an Arrow table and as a history.
+
+    Raises:
+        BadInput: a table is damaged, or its columns are of another kind.
+    """
+    arrow, parquet = packages()
+    columns = [*TEXTS, "dive", *NUMBERS]
+    try:
+        parts = [parquet.read_table(path, columns=columns, read_dictionary=[*TEXTS, "dive"]) for path in paths]
+        table = arrow.concat_tables(parts).unify_dictionaries().combine_chunks()
+        coded = [table.column(name).combine_chunks() for name in TEXTS]
+        vehicle, axis, quantity = (column.indices.to_numpy(zero_copy_only=False).astype(np.int64) for column in coded)
+        numbers = [table.column(name).to_numpy() for name in NUMBERS]
+        names = (coded[0].dictionary.to_pylist(), coded[1].dictionary.to_pylist(), coded[2].dictionary.to_pylist())
+        speed, estimate, error, freedom = (np.asarray(column, dtype=np.float64) for column in numbers)
+    except (arrow.ArrowException, OSError, AttributeError, ValueError, KeyError) as error_:
+        raise BadInput(
+            f"{paths[0]}: no table of dives can be read ({str(error_).splitlines()[0]}); write it with "
+            "`incsvr compare --table`"
+        ) from None
+    if table.num_rows == 0:
+        raise BadInput(f"{paths[0]}: the table of dives has no rows; write it with `incsvr compare --table`")
+    return table, History(vehicle, axis, quantity, names, speed, estimate, error, freedom)
+
+
+def write_compared(path: Path, table: Any, found: Changes) -> None:
+    """Writes rows that were read, with what the test says of each."""
+    arrow, parquet = packages()
+    for name in ("reference", "p_value", "changed"):
+        column = arrow.array(getattr(found, name), from_pandas=True)
+        table = table.append_column(name, column)
+    parquet.write_table(table, path)
+
+
+def packages() -> tuple[Any, Any]:
+    """pyarrow and its part for Parquet.
+
+    Raises:
+        BadInput: they are not installed.
+    """
+    try:
+        return import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ModuleNotFoundError:
+        raise BadInput(f"a table needs pyarrow, which is not installed: {how_to_install('pyarrow')}") from None
