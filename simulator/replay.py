@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_player_arguments(parser: argparse.ArgumentParser) -> None:
     """The flags that `simulate` and `replay` share."""
     add_config_arguments(parser)
-    parser.add_argument("--speed", type=float, default=1.0, help="how many times as fast as the vehicle (default 1)")
+    parser.add_argument("--speed", type=float, default=1.0, help="speed over the vehicle's own (default 1)")
     parser.add_argument(
         "--patient",
         action="store_true",

@@ -33,14 +33,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--vehicle", metavar="FILE", type=Path, help="play the vehicle of this vehicle file (`incsvr identify --write`)"
     )
     parser.add_argument(
-        "--commands", metavar="LOG", type=Path, help="with --vehicle: the log whose efforts drive it, of any format"
+        "--commands",
+        metavar="LOG",
+        type=Path,
+        help="with --vehicle: a log of any format, whose efforts drive the vehicle",
     )
-    parser.add_argument("--write", metavar="DIR", type=Path, help="write the recordings there instead of playing them")
+    parser.add_argument(
+        "--write", metavar="DIR", type=Path, help="folder to write the recordings to instead of playing them"
+    )
     parser.add_argument(
         "--torque",
         metavar="FILE.csv",
         type=Path,
-        help="play the vehicle as this torque steers it (columns t and torque; `incsvr trace --manoeuvre` writes one)",
+        help="play the vehicle under this torque (columns t and torque; `incsvr trace --manoeuvre` writes one)",
     )
     parser.add_argument(
         "--truth",

@@ -56,8 +56,10 @@ WHY = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seeds", type=int, default=20, metavar="N", help="repetitions of the experiment (20)")
-    parser.add_argument("--first-seed", type=int, default=0, metavar="SEED", help="of the first repetition (0)")
-    parser.add_argument("--processes", type=int, metavar="N", help="repetitions at once; else one for each core")
+    parser.add_argument("--first-seed", type=int, default=0, metavar="SEED", help="seed of the first repetition (0)")
+    parser.add_argument(
+        "--processes", type=int, metavar="N", help="repetitions in parallel (default: one for each core)"
+    )
     parser.add_argument("--quick", action="store_true", help="Table I's own rows for both policies, and no others")
     add_json_argument(parser)
 

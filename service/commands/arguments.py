@@ -28,5 +28,5 @@ def add_recordings_arguments(parser: argparse.ArgumentParser, unseen: str, inert
 def add_report_argument(parser: argparse.ArgumentParser) -> None:
     """Adds `--report`."""
     parser.add_argument(
-        "--report", type=report_destination, metavar="FILE.html", help="one self-contained file to keep"
+        "--report", type=report_destination, metavar="FILE.html", help="write a report as one self-contained file"
     )

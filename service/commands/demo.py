@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", metavar="DIR", type=Path, default=Path("out"), help="folder of the recording (default out)"
     )
     parser.add_argument(
-        "--speed", type=float, default=DEFAULT_SPEED, help=f"times the vehicle's own pace (default {DEFAULT_SPEED:g})"
+        "--speed", type=float, default=DEFAULT_SPEED, help=f"speed over the vehicle's own (default {DEFAULT_SPEED:g})"
     )
     parser.add_argument(
         "--seed",
@@ -109,7 +109,7 @@ def _write_log(args: argparse.Namespace) -> int:
     with writing(args.log, "--log"):
         inertia = float(importlib.import_module(LOG_WRITER).write_log(args.log, args.seed))
     text = (
-        f"{args.log} is a log of five minutes of the simulated vehicle Leng. Go on with:\n"
+        f"{args.log} is a log of five minutes of the simulated vehicle Leng. Next:\n"
         f"  incsvr inspect {args.log}\n"
         f"  incsvr fit {args.log} --inertia {inertia:g}\n"
         f"  incsvr trace {args.log} --inertia {inertia:g}"

@@ -22,7 +22,7 @@ SHOWN_STEPS = 20
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("verb", nargs="?", choices=VERBS, help="decide as the bus's operator; without it: list all")
-    parser.add_argument("name", nargs="?", metavar="NAME", help="the effect, such as torque_lag")
+    parser.add_argument("name", nargs="?", metavar="NAME", help="effect to decide on, such as torque_lag")
     add_question_arguments(parser)
 
 

@@ -35,7 +35,9 @@ from service.recordings.samples_from_recording import signals_for, with_smoothin
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_recordings_arguments(
-        parser, "unseen runs", "inertia with added mass [kg m²], or estimate; else vehicle.inertia of --config"
+        parser,
+        "unseen recordings, used for validation alone",
+        "inertia with added mass [kg m²], or estimate; else vehicle.inertia of --config",
     )
     parser.add_argument(
         "--config",
@@ -49,7 +51,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="velocities that damping is learned over, the axis's own first, such as yaw_rate,surge (default: its own)",
     )
     parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.MASS_MATRIX_HELP)
-    parser.add_argument("--effects", type=Path, metavar="FILE", help="what `incsvr trace --json FILE` found")
+    parser.add_argument(
+        "--effects", type=Path, metavar="FILE", help="effects of a result of `incsvr trace --json FILE`"
+    )
     parser.add_argument(
         "--torque",
         choices=(COMMANDED, MEASURED),
@@ -62,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="width of the filter of both streams [s] (default: scaled to them, or as configured)",
     )
-    parser.add_argument("--policy", choices=("paper", "weighted"), help="rule that selects the kept samples")
+    parser.add_argument("--policy", choices=("paper", "weighted"), help="policy that selects the samples to keep")
     parser.add_argument(
         "--write", type=Path, metavar="FILE", help="write a configuration for `serve` with this fit's scales"
     )

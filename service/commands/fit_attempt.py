@@ -36,7 +36,7 @@ class Terms:
 
     Attributes:
         learner: its settings; None scales the paper's to the samples.
-        policy: rule that selects the kept samples; None as the settings say.
+        policy: policy that selects the samples to keep; None as the settings say.
         effects: traced ones that the samples are freed of.
         coupled: the axis in its body, where its mass matrix is declared.
         inputs: the further velocities that damping is learned over.

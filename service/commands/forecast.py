@@ -29,7 +29,9 @@ CONSTANT_TORQUE_S = 20.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--torque", type=float, metavar="N_M", help="this torque from the last measurement on [N m]")
+    parser.add_argument(
+        "--torque", type=float, metavar="N_M", help="constant torque from the last measurement on [N m]"
+    )
     parser.add_argument(
         "--seconds",
         type=float,

@@ -39,13 +39,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "files", nargs="+", type=Path, metavar="FILE", help=f"a log, or the folder of a bag; {DIVE_RULE}"
     )
-    parser.add_argument("--preset", choices=get_args(Preset), help="what the vehicle speaks")
-    parser.add_argument("--column", action="append", default=[], metavar="NAME=FIELD", help="where a quantity stands")
-    parser.add_argument("--system", metavar="NAME", help="the vehicle, where a log holds several: 2, or rov2")
+    parser.add_argument("--preset", choices=get_args(Preset), help="preset of the vehicle, if the log does not show it")
+    parser.add_argument(
+        "--column",
+        action="append",
+        default=[],
+        metavar="NAME=FIELD",
+        help="source of a quantity, such as yaw_rate=r:deg/s",
+    )
+    parser.add_argument("--system", metavar="NAME", help="the vehicle to read, if a log contains several: 2, or rov2")
     parser.add_argument(
         "--config", type=Path, metavar="FILE", help="configuration whose section inputs describes the log"
     )
-    parser.add_argument("--topic", metavar="NAME", help="all fields of one topic")
+    parser.add_argument("--topic", metavar="NAME", help="show all fields of this topic")
     add_cut_arguments(parser)
     add_json_argument(parser)
 

@@ -31,7 +31,7 @@ from service.recordings.samples_from_recording import samples_of, signals_for
 
 MASS_MATRIX_HELP = (
     "M with added mass, [kg], [kg m²]: its diagonal from surge to yaw, or all 36 entries row by row, with commas "
-    "between; Coriolis and coupled inertia of the recorded velocities are then no part of the damping"
+    "between; separates Coriolis and coupled inertia from the damping"
 )
 
 EFFECTS_OF_REMAINDER = (

@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "rates",
         metavar="RATE",
         nargs="+",
-        help="yaw rates [rad/s]; of further velocities that damping is learned over NAME=VALUE, such as surge=0.5",
+        help="yaw rates [rad/s]; further velocities of the damping as NAME=VALUE, such as surge=0.5",
     )
     add_question_arguments(parser)
 

@@ -35,12 +35,17 @@ _JUDGED_BY: dict[Judged, str] = {"every": "after every step, averaged", "last": 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", nargs="*", type=Path, metavar="RECORDING", help="logs of any format")
-    parser.add_argument("--simulated", type=int, metavar="SEED", help="the simulated Leng's T1 instead of recordings")
+    parser.add_argument(
+        "--simulated",
+        type=int,
+        metavar="SEED",
+        help="tune on T1 of the simulated Leng with this seed instead of recordings",
+    )
     parser.add_argument("--inertia", type=float, metavar="I", help="inertia with added mass [kg m²]")
     parser.add_argument("--config", type=Path, metavar="FILE", help="signals and learner as the service has them")
-    parser.add_argument("--policy", choices=("paper", "weighted"), help="rule that selects the kept samples")
+    parser.add_argument("--policy", choices=("paper", "weighted"), help="policy that selects the samples to keep")
     parser.add_argument("--last", action="store_true", help="judge after the last step alone, not after every step")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="write a configuration with the best point there")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="write a configuration with the best point")
     add_log_arguments(parser)
     add_json_argument(parser)
 

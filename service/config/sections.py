@@ -68,7 +68,7 @@ class Learner(Section):
     """The settings of the learner; γ, C, ε as tuned in Section IV-B of the paper, the rest from III-C."""
 
     policy: Literal["paper", "weighted"] = Field(
-        default=LearnerSettings().policy, description="rule that selects the kept samples"
+        default=LearnerSettings().policy, description="policy that selects the samples to keep"
     )
     solver: Literal["exact", "passes"] = Field(default="exact", description="exact, or passes (Eq. 8)")
     gamma: float = Field(default=10.0, gt=0.0, le=1e6, description="kernel width [(rad/s)⁻²]")

@@ -40,7 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--format", choices=FORMATS, default="json", help="format of the output (default json)")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write to this file instead of standard output")
-    parser.add_argument("--link", default="base_link", metavar="NAME", help="the vehicle's link in Gazebo (base_link)")
+    parser.add_argument(
+        "--link", default="base_link", metavar="NAME", help="name of the vehicle's link in Gazebo (base_link)"
+    )
     parser.add_argument("--dry-mass", type=float, metavar="M", help="mass of the body alone, for a vehicle file [kg]")
     parser.add_argument("--dry-inertia", type=float, metavar="I", help="inertia of the body alone about yaw [kg m²]")
     parser.add_argument(
@@ -51,7 +53,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="inertias of the body alone about roll and pitch [kg m²]",
     )
     parser.add_argument(
-        "--port-and-up", action="store_true", help="the vehicle file counts to port and up, as ROS does (SNAME: down)"
+        "--port-and-up",
+        action="store_true",
+        help="the axes of the vehicle file are to port and up, as in ROS (SNAME: to starboard and down)",
     )
     add_client_arguments(parser, whom=" a running learner")
 

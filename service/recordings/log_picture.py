@@ -21,7 +21,7 @@ ASK_INERTIA = "No damping samples without the {inertia}: --inertia I [{inertia_u
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--inertia", metavar="I", help="of a log: inertia with added mass [kg m²], or estimate")
+    parser.add_argument("--inertia", metavar="I", help="for a log: inertia with added mass [kg m²], or estimate")
     add_log_arguments(parser)
 
 

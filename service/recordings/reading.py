@@ -231,10 +231,10 @@ def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axi
         metavar="NAME=FIELD",
         help="source of a quantity: yaw_rate=r:deg/s, torque=-tau, t=stamp:ms (`incsvr inspect` lists the fields)",
     )
-    parser.add_argument("--system", metavar="NAME", help="the vehicle, where a log holds several: 2, or rov2")
+    parser.add_argument("--system", metavar="NAME", help="the vehicle to read, if a log contains several: 2, or rov2")
     if axis:
         parser.add_argument(
-            "--axis", choices=tuple(AXES), help="which axis of a whole vehicle (default: vehicle.axis, which is yaw)"
+            "--axis", choices=tuple(AXES), help="axis of a whole vehicle (default: vehicle.axis, which is yaw)"
         )
     add_cut_arguments(parser)
     if config:

@@ -19,14 +19,14 @@ from viewer.page.server import server
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
-    parser.add_argument("--host", default="127.0.0.1", help="address at which it is served (default 127.0.0.1)")
-    parser.add_argument("--port", type=int, default=9110, help="port at which it is served; 0 for any (default 9110)")
+    parser.add_argument("--host", default="127.0.0.1", help="address of the page (default 127.0.0.1)")
+    parser.add_argument("--port", type=int, default=9110, help="port of the page; 0 for any (default 9110)")
     parser.add_argument(
         "--name",
         action="append",
         default=[],
-        help="a further name under which browsers call it, such as rov.example.org; addresses, this machine's name and "
-        "those that end with .local are served anyway",
+        help="further host name of the page, such as rov.example.org; addresses, this machine's name and names in "
+        ".local are always served",
     )
     parser.add_argument(
         "--archive", type=Path, metavar="DIR", help="offer the recordings of `incsvr serve --archive DIR`"
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--identify",
         action="store_true",
-        help="let whoever opens the page have a recording or a log identified, one at a time, behind everything else",
+        help="allow users of the page to identify a recording or a log, one at a time, at the lowest priority",
     )
 
 
