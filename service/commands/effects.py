@@ -8,6 +8,8 @@ from typing import Any
 
 from incsvr.compensation.promotion import errors
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
+from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
 from service.bus.client import NoAnswer, bus_client
 from service.cli.output import emit
 from service.commands.arguments import add_question_arguments
@@ -38,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
         if args.verb is None:
             raise
         raise NoAnswer(f"{error}; on a secured bus only the role operator may decide") from error
-    emit(args, ledger.model_dump(mode="json", exclude={"batch"}), text(ledger))
+    emit(args, ledger.model_dump(mode="json", exclude={"batch"}), text(ledger, words_of(AXES[config.vehicle.axis])))
     return 0
 
 
@@ -55,13 +57,13 @@ def ask(config: Config, verb: str | None, name: str | None, patience_s: float) -
         return client.ask(selector, EffectsLedger)
 
 
-def text(ledger: EffectsLedger) -> str:
+def text(ledger: EffectsLedger, words: AxisWords = YAW_WORDS) -> str:
     """The ledger for people."""
     lines = [f"live tracing: {ledger.mode}", f"in force: {_names(ledger.effects)}"]
     lines += [f"  {effect['sentence']}" for effect in ledger.effects if effect.get("sentence")]
     lines.append(f"found, not in force: {_names(ledger.found)}")
     for finding in ledger.found:
-        lines += _found(finding)
+        lines += _found(finding, words)
     if ledger.history:
         lines.append("  t [s]  revision  step              effect: why")
         lines += [_step(step) for step in ledger.history[-SHOWN_STEPS:]]
@@ -72,10 +74,11 @@ def _names(findings: tuple[dict[str, Any], ...]) -> str:
     return ", ".join(str(finding.get("effect")) for finding in findings) or "nothing"
 
 
-def _found(finding: Mapping[str, Any]) -> list[str]:
+def _found(finding: Mapping[str, Any], words: AxisWords) -> list[str]:
     lines = [f"  {finding.get('effect')}, {finding.get('state')}: {finding.get('sentence', '')}"]
     if finding.get("error"):
-        lines.append(f"    on fresh data until {finding['until']:.0f} s, before → after: {errors(finding['error'])}")
+        changed = errors(finding["error"], words)
+        lines.append(f"    on fresh data until {finding['until']:.0f} s, before → after: {changed}")
     lines.append(f"    incsvr effects promote {finding.get('effect')}")
     return lines
 
