@@ -86,27 +86,16 @@ class Vectors:
         if not len(self):
             return Vectors.of(samples, self.own, self.others, information=each)
         nearest, close = self._nearest(samples, fastest, radius)
-        to, n = nearest[close], len(self)
-        total = self.information + each * np.bincount(to, minlength=n)
-        joins = np.zeros((n, to.size)) if self.others else np.empty(0)
-        if self.others:
-            joins[to, np.arange(to.size)] = each
-
-        def mean(old: Array, new: Array) -> Array:
-            """(n, k) of the vectors' own (n, k) and the samples' (m, k); k = 1 over one velocity."""
-            joining = new[close]
-            sums = joins @ joining if self.others else each * np.bincount(to, joining[:, 0], n)[:, None]
-            return np.asarray((self.information[:, None] * old + sums) / total[:, None])
-
+        to, joining, loose = nearest[close], samples.take(close), samples.take(~close)
+        total = self.information + each * np.bincount(to, minlength=len(self))
         time = self.points.time.copy()
-        time[to] = samples.time[close]  # in their order: the newest stays
-        velocity = mean(points(self.points, self.others), points(samples, self.others))
-        damping = mean(self.points.damping[:, None], samples.damping[:, None])[:, 0]
-        terms, loose = _terms(samples, self.own, self.others), samples.take(~close)
+        time[to] = joining.time  # in their order: the newest stays
+        join = _joined_by_distance if self.others else _joined_in_order
+        velocity, damping, terms = join(self, joining, to, each, total)
         return Vectors(
             Samples.concatenate((samples_with(time, velocity, damping, self.others), loose)),
             np.concatenate((np.minimum(total, most), np.full(len(loose), each))),
-            np.concatenate((mean(self.terms, terms) if self.others else self.terms, terms[~close])),
+            np.concatenate((terms, _terms(loose, self.own, self.others))),
             self.own,
             self.others,
         )._ordered()
@@ -159,6 +148,42 @@ class Vectors:
 def _terms(samples: Samples, own: str, others: tuple[str, ...]) -> Array:
     """(n, p) terms of the drag; none over one velocity, where no drag stands beside the kernels."""
     return Drag.of(own, others).terms(points(samples, others)) if others else np.empty((len(samples), 0))
+
+
+def _joined_in_order(
+    vectors: Vectors, samples: Samples, to: NDArray[np.intp], each: float, total: Array
+) -> tuple[Array, Array, Array]:
+    """Over one velocity: the mean velocity (n, 1), damping (n,) and terms (n, 0) of vectors that samples join.
+
+    Args:
+        samples: (m,) of them.
+        to: (m,) the vector that each joins.
+        each: information of one sample [1/(N m)²].
+        total: (n,) information of the vectors with their new samples.
+    """
+    means = vectors.points
+    rate, damping = (
+        (vectors.information * old + each * np.bincount(to, new, len(vectors))) / total
+        for old, new in ((means.yaw_rate, samples.yaw_rate), (means.damping, samples.damping))
+    )
+    return rate[:, None], damping, vectors.terms
+
+
+def _joined_by_distance(
+    vectors: Vectors, samples: Samples, to: NDArray[np.intp], each: float, total: Array
+) -> tuple[Array, Array, Array]:
+    """Over several velocities: the mean velocities (n, d), damping (n,) and terms (n, p); as `_joined_in_order`."""
+    own, others, joins = vectors.own, vectors.others, np.zeros((len(vectors), len(samples)))
+    joins[to, np.arange(to.size)] = each
+    velocity, damping, terms = (
+        (vectors.information[:, None] * old + joins @ new) / total[:, None]
+        for old, new in (
+            (points(vectors.points, others), points(samples, others)),
+            (vectors.points.damping[:, None], samples.damping[:, None]),
+            (vectors.terms, _terms(samples, own, others)),
+        )
+    )
+    return velocity, damping[:, 0], terms
 
 
 def _condensed_in_order(vectors: Vectors, capacity: int, most: float) -> Vectors:
