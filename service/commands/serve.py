@@ -20,7 +20,7 @@ from service.bus.session import (
     open_session,
     stop_event,
 )
-from service.config.configuration import Config, check_inertia
+from service.config.configuration import Config, check_first_axis, check_inertia
 from service.config.sources import add_config_arguments, from_arguments
 from service.health import systemd
 from service.host.host import Host
@@ -77,6 +77,7 @@ def serve(config: Config, stop: threading.Event) -> None:
             kept where it is configured.
     """
     check_inertia(config)
+    check_first_axis(config)
     if config.bus.zenoh_file is not None:
         zenoh_config = from_file(config.bus.zenoh_file)
     elif config.bus.connect is not None:

@@ -7,7 +7,7 @@ config show` prints each. What the configuration says itself goes before what th
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -107,14 +107,13 @@ def with_axes_of_file(values: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         BadInput: the file is no vehicle file, or no axis of it has an actuator.
     """
-    file = vehicle_file_of(values)
-    if file is None:
+    file, given = vehicle_file_of(values), values.get("also", ())
+    if file is None or not _are_mappings(given):  # what `also` must be is said where it is checked
         return dict(values)
     vehicle = FileContent.read(Path(file))
     above, last = _place_of_prefix(values)
     wanted = [last, values["vehicle"].get("axis"), "yaw", *vehicle.learned]
     first = next(name for name in wanted if name in vehicle.learned)
-    given = [entry for entry in values.get("also") or () if isinstance(entry, Mapping)]
     own, others = _by_axis(given, vehicle.learned)
     for_all = {name: values[name] for name in ("vehicle", "learner", "signals") if name in values}
     for_all["vehicle"] = {name: value for name, value in for_all["vehicle"].items() if name not in ("axis", "file")}
@@ -164,8 +163,13 @@ def _inputs(values: Mapping[str, Any], first: str, learned: tuple[str, ...]) -> 
     return {"inputs": merge(inputs, {"thrusters": {"axis": first, "also_along": further}})}  # type: ignore[arg-type]
 
 
+def _are_mappings(given: Any) -> bool:
+    """Whether this is a list of mappings."""
+    return isinstance(given, list | tuple) and all(isinstance(entry, Mapping) for entry in given)
+
+
 def _by_axis(
-    also: list[Mapping[str, Any]], learned: tuple[str, ...]
+    also: Sequence[Mapping[str, Any]], learned: tuple[str, ...]
 ) -> tuple[dict[str, Mapping[str, Any]], list[Mapping[str, Any]]]:
     """The entries of `also` that speak of an axis of the file, by that axis, and those of other learners."""
     own: dict[str, Mapping[str, Any]] = {}

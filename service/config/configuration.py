@@ -175,6 +175,20 @@ class Config(Section):
         return tuple(learner._hearing(learners) for learner in learners)
 
 
+def check_first_axis(config: Config) -> None:
+    """Refuses a vehicle file whose first learner, through which all hear the forms of others, is not that of yaw.
+
+    Raises:
+        BadInput: with the cure.
+    """
+    axes = {each.vehicle.axis for each in config.each() if config.leads(each)}
+    if "yaw" in axes and config.vehicle.axis != "yaw" and not config.inputs.own:
+        raise BadInput(
+            f"prefix: with inputs, the first learner of {config.vehicle.file} is that of yaw, not "
+            f"{config.vehicle.axis}; let the prefix end with yaw"
+        )
+
+
 def check_inertia(config: Config) -> None:
     """Refuses to learn a vehicle by Leng's inertia because nobody said its own.
 

@@ -13,7 +13,7 @@ from benchmarks.service.six_axes import vehicle_of
 from incsvr.errors import BadInput
 from incsvr.vehicle import Vehicle
 from service.cli.command_line import main
-from service.config.configuration import Config, check_inertia
+from service.config.configuration import Config, check_first_axis, check_inertia
 from service.config.sources import read
 from service.config.vehicle_file import write_vehicle
 from simulator.six_degrees import BODIES, NAMES
@@ -85,6 +85,19 @@ def test_a_damaged_file_and_one_without_actuators_are_refused(tmp_path: Path) ->
     (tmp_path / "vehicle.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(BadInput, match="incomplete or damaged"):
         read(None, {"vehicle": {"file": str(tmp_path / "vehicle.yaml")}})
+
+
+def test_what_is_no_list_of_learners_is_refused(tmp_path: Path) -> None:
+    for also in (3, [3]):
+        with pytest.raises(BadInput, match="also"):
+            of_file(tmp_path, BOAT, also=also)
+
+
+def test_with_inputs_the_first_learner_is_that_of_yaw(tmp_path: Path) -> None:
+    inputs = {"channels": {"surge": {"topic": "dvl", "field": "u"}}}
+    check_first_axis(of_file(tmp_path, BOAT, inputs=inputs))
+    with pytest.raises(BadInput, match="let the prefix end with yaw"):
+        check_first_axis(of_file(tmp_path, BOAT, prefix="boat/surge", inputs=inputs))
 
 
 def test_a_mistake_in_a_learner_of_the_file_is_said(tmp_path: Path) -> None:
