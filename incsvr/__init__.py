@@ -4,8 +4,8 @@ The packages below are the mathematics alone: arrays in, arrays out. No bus, no 
 are the paper: B. Wehbe, A. Fabisch, M. M. Krell, "Online Model Identification for Underwater Vehicles through
 Incremental Support Vector Regression", IROS 2017. "Eq." and "Section" in their docstrings cite that paper.
 
-This file is the face for people who write Python. `read`, `fit`, `trace` and `identify` are the commands of these
-names, with their flags as keywords; what reads files is loaded when one of them is called, and not before.
+This file is the face for people who write Python. `read`, `fit`, `trace`, `identify` and `compare` are the commands of
+these names, with their flags as keywords; what reads files is loaded when one of them is called, and not before.
 
     import incsvr
 
@@ -23,7 +23,7 @@ from typing import Any, Protocol, TypeAlias
 
 from incsvr.errors import BadInput
 
-__all__ = ["BadInput", "Log", "Result", "fit", "identify", "read", "trace"]
+__all__ = ["BadInput", "Log", "Result", "compare", "fit", "identify", "read", "trace"]
 
 _FILES = "service.commands.python_api"
 """The module that reads files and calls the commands: named, not imported, so that the mathematics stays free of it."""
@@ -41,6 +41,9 @@ class Result(Protocol):
 
     def plot(self) -> Any:
         """A figure of matplotlib; BadInput says how matplotlib is installed where it is not."""
+
+    def to_frame(self) -> Any:
+        """A table as a DataFrame of pandas; BadInput says how pandas is installed where it is not."""
 
 
 class Log(Result, Protocol):
@@ -110,4 +113,18 @@ def identify(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
         BadInput: where the recordings, or a flag, cannot be used; one sentence with the cure.
     """
     found: Result = import_module(_FILES).identify(recordings, validate, flags)
+    return found
+
+
+def compare(dives: Logs, **flags: Any) -> Result:
+    """Inertias and drags of one vehicle, dive by dive, and in which dive they changed, as `incsvr compare` finds them.
+
+    Args:
+        dives: two or more, in their order.
+        flags: those of the command, by name: `mass_matrix`, `table`, `column`, …
+
+    Raises:
+        BadInput: where the dives, or a flag, cannot be used; one sentence with the cure.
+    """
+    found: Result = import_module(_FILES).compare(dives, flags)
     return found

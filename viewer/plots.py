@@ -12,7 +12,7 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.tracing import Trace
-from incsvr.vehicle import Identified
+from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
 
 try:
@@ -22,6 +22,7 @@ except ModuleNotFoundError as missing:
 
 from viewer.report.charts import draw_free_run
 from viewer.report.damping_chart import draw_damping
+from viewer.report.dives_page import draw as draw_dives
 from viewer.report.drawing import MEASURED, STYLE, line
 from viewer.report.fit_page import learned_curve
 
@@ -80,4 +81,16 @@ def of_vehicle(identified: Identified) -> Any:
             plot.set_xlabel("ahead [s]")
             plot.set_ylabel(f"RMS error [{'m/s' if AXES[axis].along else 'rad/s'}]")
         plot.legend()
+    return figure
+
+
+def of_comparison(compared: Comparison) -> Any:
+    """Each quantity over the dives with its interval of 95 %, one plot a quantity; a change stands out."""
+    across = min(len(compared.quantities), 3)
+    down = -(-len(compared.quantities) // across)
+    with pyplot.rc_context(STYLE):
+        figure = pyplot.figure(figsize=(3.6 * across, 2.8 * down), layout="constrained")
+        parts = figure.subfigures(down, across, squeeze=False).ravel()
+        for part, quantity, values in zip(parts, compared.quantities, compared.values, strict=False):
+            draw_dives(part, quantity, compared.dives, values)
     return figure

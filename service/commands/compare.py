@@ -46,10 +46,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    if any(dive_table.is_dive_table(path) for path in args.dives):
+        if args.table is not None:
+            refuse_unwritable(args.table, "--table")
+        return _run_on_tables(args)
+    compared = answer(args)
+    if args.report:
+        import_module(REPORT_WRITER).write_dives(compared, explanations(compared), args.report, _made_of(args))
+    emit(args, to_dict(compared), text(compared))
+    return 0
+
+
+def to_dict(compared: Comparison) -> dict[str, Any]:
+    """The comparison for programs: the JSON of `--json`."""
+    document = {"rows": compared.rows(), "vehicle": compared.identified.vehicle.to_dict()}
+    return {**document, "explanations": explanations(compared)}
+
+
+def answer(args: argparse.Namespace) -> Comparison:
+    """The comparison of logs, written to `--table`.
+
+    Raises:
+        BadInput: a log cannot be used, or is a table of dives.
+    """
     if args.table is not None:
         refuse_unwritable(args.table, "--table")
-    if any(dive_table.is_dive_table(path) for path in args.dives):
-        return _run_on_tables(args)
+    for path in args.dives:
+        if dive_table.is_dive_table(path):
+            raise BadInput(f"{path}: is a table of dives, which only the command incsvr compare takes; give logs")
     reading = Reading.of(args, read_config(args.config))
     recordings = [reading.of_one(path) for path in args.dives]
     streams = [recording.streams() for recording in recordings]
@@ -58,11 +82,7 @@ def run(args: argparse.Namespace) -> int:
     compared = compare(motions, [recording.name for recording in recordings], declared(args.mass_matrix))
     if args.table is not None:
         dive_table.write(args.table, compared, args.name)
-    if args.report:
-        import_module(REPORT_WRITER).write_dives(compared, explanations(compared), args.report, _made_of(args))
-    document = {"rows": compared.rows(), "vehicle": compared.identified.vehicle.to_dict()}
-    emit(args, {**document, "explanations": explanations(compared)}, text(compared))
-    return 0
+    return compared
 
 
 def _made_of(args: argparse.Namespace) -> dict[str, str]:

@@ -8,124 +8,30 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
 from incsvr.errors import BadInput
-from incsvr.free_run.fit_pictures import FitPictures
-from incsvr.plant.axes import YAW, Axis
-from incsvr.tracing.findings import Trace
-from incsvr.vehicle import Identified
+from incsvr.plant.axes import YAW
 from service.cli.parser import Parser
 from service.cli.progress import without_bars
+from service.commands import compare as compare_command
 from service.commands import fit as fit_command
 from service.commands import identify as identify_command
 from service.commands import trace as trace_command
 from service.commands.identify_text import text as identify_text
+from service.commands.python_results import CompareResult, FitResult, IdentifyResult, Log, TraceResult
 from service.commands.trace_text import text as trace_text
 from service.config.sources import read as read_config
 from service.config.vehicle_file import write_vehicle
 from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading
-from service.recordings.recording import Recording
 
-PLOTS = "viewer.plots"
-"""Draws; loaded when asked for, so that reading and learning need no drawing library."""
 LOG_FLAGS = ("preset", "column", "system", "axis")
 """The flags that say what is in a log."""
 SHELL_FLAGS = ("json", "report")
 """Flags whose work the result itself does."""
-
-
-@dataclass(frozen=True, slots=True)
-class Log:
-    """A log that was read.
-
-    Attributes:
-        path: the file.
-        recording: what is in it.
-        flags: how it was read.
-    """
-
-    path: Path
-    recording: Recording
-    flags: tuple[str, ...] = ()
-
-    def to_dict(self) -> dict[str, Any]:
-        """The columns by name, `t` first, None where a channel was not sampled; and what is to be known of them."""
-        recording = self.recording
-        own = dict(zip((YAW.rate, YAW.effort), (recording.axis.rate, recording.axis.effort), strict=True))
-        columns = {own.get(name, name): values for name, values in recording.columns.items()}
-        columns = {"t": recording.time, **columns, **recording.displaced}
-        return {
-            "name": recording.name,
-            "axis": recording.axis.name,
-            "columns": {name: [None if v != v else v for v in values.tolist()] for name, values in columns.items()},
-            "notes": list(recording.notes),
-        }
-
-    def plot(self) -> Any:
-        """Velocity and torque over time, as a figure of matplotlib."""
-        streams = self.recording.streams()
-        return _plots().of_log(self.recording.name, streams[YAW.rate], streams[YAW.effort], self.recording.axis)
-
-
-@dataclass(frozen=True, slots=True)
-class CommandResult:
-    """The result of a command; `str` is the printed text.
-
-    Attributes:
-        result: what it writes with `--json`.
-        text: what it prints.
-        axis: whose words both are in.
-    """
-
-    result: Mapping[str, Any] = field(repr=False)
-    text: str = field(repr=False)
-    axis: Axis
-
-    def __str__(self) -> str:
-        return self.text
-
-    def to_dict(self) -> dict[str, Any]:
-        """The JSON that the command writes with `--json`."""
-        return dict(self.result)
-
-
-@dataclass(frozen=True, slots=True)
-class FitResult(CommandResult):
-    """The result of `fit`."""
-
-    pictures: FitPictures = field(repr=False)
-
-    def plot(self) -> Any:
-        """The damping curve beside its samples, as a figure of matplotlib."""
-        return _plots().of_fit(self.pictures, self.axis)
-
-
-@dataclass(frozen=True, slots=True)
-class TraceResult(CommandResult):
-    """The result of `trace`."""
-
-    trace: Trace = field(repr=False)
-
-    def plot(self) -> Any:
-        """The damping, and a free run, before and after, as a figure of matplotlib."""
-        return _plots().of_trace(self.trace, self.axis)
-
-
-@dataclass(frozen=True, slots=True)
-class IdentifyResult(CommandResult):
-    """The model of a whole vehicle."""
-
-    identified: Identified = field(repr=False)
-
-    def plot(self) -> Any:
-        """Prediction errors of every axis some seconds ahead, as a figure of matplotlib."""
-        return _plots().of_vehicle(self.identified)
 
 
 def read(log: Any, **how: Any) -> Log:
@@ -167,6 +73,14 @@ def identify(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> Identi
     if args.write is not None:
         write_vehicle(args.write, found.vehicle)
     return IdentifyResult({**found.to_dict(), "notes": list(notes)}, identify_text(found), YAW, found)
+
+
+def compare(dives: Any, flags: Mapping[str, Any]) -> CompareResult:
+    """`incsvr compare` by call."""
+    args = _arguments("compare", compare_command, dives, (), flags)
+    with without_bars():
+        compared = compare_command.answer(args)
+    return CompareResult(compare_command.to_dict(compared), compare_command.text(compared), YAW, compared)
 
 
 class _RaisingParser(Parser):
@@ -227,7 +141,3 @@ def _path(given: Any) -> Path:
     if not isinstance(given, (str, os.PathLike)):
         raise BadInput(f"a log is a file or what incsvr.read returned, not {type(given).__name__}")
     return Path(given)
-
-
-def _plots() -> ModuleType:
-    return import_module(PLOTS)

@@ -138,3 +138,26 @@ def test_where_matplotlib_is_missing_the_cure_is_said(logs: tuple[Path, Path]) -
     )
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert "matplotlib, which is not installed: pip install" in found.stdout
+
+
+def test_results_are_shown_as_the_terminal_shows_them(logs: tuple[Path, Path], traced: incsvr.Result) -> None:
+    assert repr(incsvr.read(logs[0])) == "dive.csv: 300 s of yaw_rate, torque"
+    assert repr(traced) == str(traced)
+    assert "torque_asymmetry" in repr(traced)
+
+
+def test_a_table_needs_pandas_and_its_lack_is_said(logs: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(incsvr.BadInput, match="needs pandas, which is not installed: pip install pandas"):
+        incsvr.read(logs[0]).to_frame()
+
+
+def test_results_become_tables(logs: tuple[Path, Path], traced: incsvr.Result) -> None:
+    pytest.importorskip("pandas", reason="pandas is not installed")
+    log = incsvr.read(logs[0])
+    frame = log.to_frame()
+    assert list(frame.columns) == ["t", "yaw_rate", "torque"]
+    assert len(frame) == len(log.to_dict()["columns"]["t"])
+    effects = traced.to_frame()
+    assert list(effects["effect"]) == [e["effect"] for e in traced.to_dict()["effects"] for _ in e["parameters"]]
+    assert (effects["low"] <= effects["estimate"]).all()

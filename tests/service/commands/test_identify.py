@@ -117,6 +117,14 @@ def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path)
     assert "in july.csv" in page
     assert cause[1:] in page
     pytest.importorskip("pyarrow", reason="the extra logs is not installed")
+    compared = incsvr.compare(dives)
+    assert compared.to_dict() == found
+    assert "july.csv: yaw drag changed by" in repr(compared)
+    legends = [legend for part in compared.plot().subfigs for legend in part.legends]
+    words = [text.get_text() for legend in legends for text in legend.get_texts()]
+    assert (len(legends), words.count("changed here")) == (6, 1)
+    with pytest.raises(BadInput, match="is a table of dives"):
+        incsvr.compare([history])
     again, stored = tmp_path / "again.json", tmp_path / "again.parquet"
     assert main(["compare", str(history), "--json", str(again), "--table", str(stored)]) == 0
     told = json.loads(again.read_text(encoding="utf-8"))
