@@ -83,12 +83,14 @@ def _identify(folder: Path, words: Sequence[str]) -> None:
     args = parser.parse_args(list(words))
     found, notes = identify.answer(args, tell)
     tell("writing the report", done)
-    shown = [Path(word).name if Path(word).parent != Path() else word for word in words]
-    import_module(REPORT_WRITER).write_vehicle(
-        found, folder / "report.html", notes, provenance(args, ["identify", *shown])
-    )
     write_vehicle(folder / "vehicle.yaml", found.vehicle)
-    write_json(folder / "result.json", {**found.to_dict(), "notes": list(notes)})
+    shown = [Path(word).name if Path(word).parent != Path() else word for word in words]
+    made, no_report = provenance(args, ["identify", *shown]), None
+    try:
+        import_module(REPORT_WRITER).write_vehicle(found, folder / "report.html", notes, made)
+    except BadInput as error:  # a vehicle may lack what draws
+        no_report = str(error)
+    write_json(folder / "result.json", {**found.to_dict(), "notes": list(notes), "no_report": no_report})
 
 
 def _end_with_the_page() -> None:

@@ -207,6 +207,20 @@ def test_a_log_that_is_too_large_empty_or_breaks_off_is_not_taken(
 
 
 @pytest.mark.slow
+def test_a_vehicle_without_what_draws_a_report_gives_the_model(
+    page: Server, dive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "matplotlib.py").write_text("raise ModuleNotFoundError(name='matplotlib')\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    assert asked(page, "POST", "/identify?name=may.csv", dive.read_bytes(), headers=ASKED)[0] == 200
+    found = ended(page)
+    assert found["state"] == "done", found
+    assert found["no_report"].startswith("the report needs matplotlib")
+    assert asked(page, "GET", "/identify/vehicle.yaml")[0] == 200
+    assert asked(page, "GET", "/identify/report.html")[0] == 404
+
+
+@pytest.mark.slow
 def test_a_browser_chooses_a_log_and_shows_its_report_also_on_a_phone(page: Server, dive: Path, tmp_path: Path) -> None:
     with opened_tab(tmp_path / "browser") as tab:
         tab.open(url(page), 390, 900)

@@ -202,8 +202,9 @@ def _copy(source: Source, file: IO[bytes], size: int) -> None:
 
 
 def _summary(found: dict[str, Any]) -> dict[str, Any]:
-    """Of the result what fits beside its report: errors 5 s ahead by axis, and what is not identified."""
+    """Of the result what fits beside its report: errors 5 s ahead by axis, what is not identified, why no report."""
     ahead = found.get("errors", {}).get("horizons", {}).get("5", {})
     errors = [{"axis": axis, "model": each["model"], "held": each["hold"]} for axis, each in ahead.items()]
     refusals = [f"{axis}: {why}" for axis, why in found.get("refusals", {}).items()]
-    return {"errors": errors, "on": found.get("on", ""), "missing": [*refusals, *found.get("manoeuvres", [])]}
+    missing = [*refusals, *found.get("manoeuvres", [])]
+    return {"errors": errors, "on": found.get("on", ""), "missing": missing, "no_report": found.get("no_report")}
