@@ -23,6 +23,7 @@ from incsvr.learning.several_velocities.surface import Several
 from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
+from service.learner.published import ServedModel, snapshot
 from service.recordings.samples_from_recording import samples_of
 from simulator import leng, planar
 from tests.incsvr.learning import Policy, batches, policies, rms, run, stream
@@ -179,6 +180,18 @@ def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: Policy) 
     assert (said.curve_sigma > 2.0 * model.over(known).curve_sigma.max()).all()
     assert np.isfinite(said.damping).all()
     assert np.abs(said.damping[:2]).max() < 5.0 * np.abs(model.support_damping).max()
+
+
+def test_samples_that_the_drag_alone_explains_leave_a_model_that_can_be_published() -> None:
+    samples = stream(7, 50, wild=0.0)
+    exact = replace(samples, damping=200.0 * samples.yaw_rate, channels={"surge": 0.5 + 0.1 * np.sin(samples.time)})
+    settings = Settings(others=("surge",), fastest={"surge": 1.0}, epsilon=5.0)
+    _, iteration = step(settings, start(settings), exact)
+    assert not iteration.model.is_trained
+    published = snapshot(ServedModel(iteration.model, 1, 1, 0.0), "boot", 350.0)
+    assert published.over is not None
+    assert published.over.trained_ranges == {}
+    assert published.model().several is not None
 
 
 def test_of_one_velocity_nothing_has_changed() -> None:

@@ -75,8 +75,10 @@ class Several:
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Lowest and highest learned value of each further velocity."""
+        """Lowest and highest learned value of each further velocity; none where the drag alone explains everything."""
         columns = self.velocity[:, 1:].T
+        if not columns.size:
+            return {}
         return {name: (float(c.min()), float(c.max())) for name, c in zip(self.others, columns, strict=True)}
 
     def at(self, samples: Samples) -> Array:
