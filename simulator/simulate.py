@@ -14,7 +14,7 @@ from incsvr.plant.axes import AXES
 from service.config.configuration import Config
 from service.config.sources import from_arguments
 from service.config.vehicle_file import read_vehicle
-from service.recordings.manoeuvre import read_manoeuvre
+from service.recordings.manoeuvre import read_manoeuvre, read_plan
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, of_axis, sequence
 from service.recordings.recording_csv import write
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--commands",
         metavar="LOG",
         type=Path,
-        help="with --vehicle: a log of any format, whose efforts drive the vehicle",
+        help="with --vehicle: a log of any format whose efforts drive the vehicle, or a plan (CSV: t and the efforts)",
     )
     parser.add_argument(
         "--write", metavar="DIR", type=Path, help="folder to write the recordings to instead of playing them"
@@ -59,8 +59,10 @@ def _play_whole_vehicle(args: argparse.Namespace, config: Config, file: Path) ->
     """Plays the vehicle of a file, as the efforts of a log drive it, to the learners of its axes."""
     if args.commands is None:
         raise BadInput(f"nothing drives the vehicle of {file}; give a log with its efforts, --commands LOG")
-    log = sequence(Reading.of(args, config).of_all([args.commands]))
-    recording = moved_by(log.streams(), read_vehicle(file), f"{config.vehicle.name} under {log.name}")
+    efforts = read_plan(args.commands)
+    if efforts is None:
+        efforts = sequence(Reading.of(args, config).of_all([args.commands])).streams()
+    recording = moved_by(efforts, read_vehicle(file), f"{config.vehicle.name} under {args.commands.name}")
     if args.write is not None:
         return _written(args.write, [replace(recording, name="whole")])
     learners = config.each()

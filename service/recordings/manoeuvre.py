@@ -1,7 +1,7 @@
-"""A manoeuvre as a file: what the tracer advises to drive next, for a vehicle or `incsvr simulate --torque` to play.
+"""A manoeuvre as a file: what the tracer advises to drive next, for a vehicle or `incsvr simulate` to play.
 
-A CSV file with the columns `t` [s] and `torque` [N m]; each torque holds until the next row, and the last row ends the
-manoeuvre.
+A CSV file with the columns `t` [s] and `torque` [N m], or of a whole vehicle with further efforts (`surge_force` [N]);
+each value holds until the next row, and the last row ends the manoeuvre.
 """
 
 from __future__ import annotations
@@ -14,11 +14,14 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
+from incsvr.plant.axes import EFFORTS, VELOCITIES
 from incsvr.tracing.findings import Finding
 from service.cli.output import writing
 
 Profile = tuple[Array, Array]
+PLAN_STEP_S = 0.02
+"""Time between two values of a plan's streams [s]: as often as a simulated vehicle is told its efforts."""
 
 
 def next_manoeuvre(effects: Sequence[Finding], path: Path) -> str:
@@ -54,6 +57,35 @@ def read_manoeuvre(path: Path) -> Profile:
     Raises:
         BadInput: naming the file, the row (the header is row 1) and the cure.
     """
+    rows = _rows(path)
+    if any(name not in rows[0] for name in ("t", "torque")):
+        raise BadInput(f"{path}, row 1: a manoeuvre has the columns t [s] and torque [N m]; name them so")
+    time, torque = _columns(path, rows, ("t", "torque")).T
+    return time, torque
+
+
+def read_plan(path: Path) -> Streams | None:
+    """The efforts of a manoeuvre of a whole vehicle, each as a stream that repeats its value while it holds; None where
+    the file is a log: no CSV text, or one with a velocity.
+
+    Raises:
+        BadInput: naming the file, the row (the header is row 1) and the cure.
+    """
+    try:
+        rows = _rows(path)
+    except BadInput:  # what reads logs says what it is
+        return None
+    names = [name for name in rows[0] if name in EFFORTS]
+    if "t" not in rows[0] or not names or set(rows[0]) & set(VELOCITIES):
+        return None
+    time, *efforts = _columns(path, rows, ("t", *names)).T
+    at: Array = np.arange(time[0], time[-1], PLAN_STEP_S, dtype=np.float64)
+    held = np.searchsorted(time, at, side="right") - 1
+    return {name: (at, values[held]) for name, values in zip(names, efforts, strict=True)}
+
+
+def _rows(path: Path) -> list[list[str]]:
+    """The rows of a CSV file, its header first."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.reader(file))
@@ -61,27 +93,30 @@ def read_manoeuvre(path: Path) -> Profile:
         raise BadInput(f"{path}: there is no such file; `incsvr trace LOG --manoeuvre FILE.csv` writes one") from None
     except (OSError, UnicodeDecodeError, csv.Error):
         raise BadInput(f"{path}: this is no CSV text; give a file with the columns t,torque") from None
-    header = [name.strip() for name in rows[0]] if rows else []
-    if any(name not in header for name in ("t", "torque")):
-        raise BadInput(f"{path}, row 1: a manoeuvre has the columns t [s] and torque [N m]; name them so")
-    places = [header.index(name) for name in ("t", "torque")]
-    numbers = [_pair(path, number, row, places) for number, row in enumerate(rows[1:], start=2) if any(row)]
+    return [[name.strip() for name in rows[0]], *rows[1:]] if rows else [[]]
+
+
+def _columns(path: Path, rows: Sequence[Sequence[str]], names: Sequence[str]) -> Array:
+    """(n, names) numbers of these columns, of which the first is the time."""
+    places = [rows[0].index(name) for name in names]
+    numbers = [_numbers(path, number, row, names, places) for number, row in enumerate(rows[1:], start=2) if any(row)]
     if len(numbers) < 2:
         raise BadInput(f"{path}: a manoeuvre has at least two rows, of which the last one ends it")
-    time, torque = np.array(numbers).T
-    backwards = np.flatnonzero(np.diff(time) <= 0.0)
+    columns = np.array(numbers)
+    backwards = np.flatnonzero(np.diff(columns[:, 0]) <= 0.0)
     if backwards.size:
         raise BadInput(
-            f"{path}, row {backwards[0] + 3}: t does not increase after {time[backwards[0]]:g} s; sort the rows"
+            f"{path}, row {backwards[0] + 3}: t does not increase after {columns[backwards[0], 0]:g} s; sort the rows"
         )
-    return time, torque
+    return columns
 
 
-def _pair(path: Path, number: int, row: Sequence[str], places: Sequence[int]) -> tuple[float, float]:
+def _numbers(path: Path, number: int, row: Sequence[str], names: Sequence[str], places: Sequence[int]) -> list[float]:
     try:
-        time, torque = (float(row[place]) for place in places)
+        values = [float(row[place]) for place in places]
     except (ValueError, IndexError):
-        time = torque = math.nan
-    if not (math.isfinite(time) and math.isfinite(torque)):
-        raise BadInput(f"{path}, row {number}: t and torque must be two numbers; correct the row, or remove it")
-    return time, torque
+        values = [math.nan]
+    if not all(map(math.isfinite, values)):
+        called, many = " and ".join(names), "two" if len(names) == 2 else len(names)
+        raise BadInput(f"{path}, row {number}: {called} must be {many} numbers; correct the row, or remove it")
+    return values

@@ -56,6 +56,23 @@ def test_what_is_played_is_what_the_model_does_under_the_efforts(files: Path) ->
         assert np.abs(fine - coarse).max() < 0.02 * np.abs(coarse).max()
 
 
+def test_a_plan_holds_its_efforts_and_shows_where_the_vehicle_goes(files: Path) -> None:
+    plan = files / "plan.csv"
+    plan.write_text("t,surge_force,torque\n0,10,0\n4,10,2\n8,0,0\n", encoding="utf-8")
+    words = ["simulate", "--vehicle", str(files / "auv.yaml"), "--commands", str(plan)]
+    assert main([*words, "--write", str(files / "planned")]) == 0
+    planned = read(files / "planned" / "whole.csv").streams()
+    time, torque = planned["torque"]
+    assert np.abs(torque - np.where(time < 4.0, 0.0, 2.0))[np.abs(time - 4.0) > 0.02].max() < 1e-9
+    assert np.abs(planned["surge_force"][1] - 10.0).max() < 1e-9
+    at, surge = planned["surge"]
+    mass = BODY.mass[0, 0]
+    assert surge[np.searchsorted(at, 0.5)] == pytest.approx(10.0 / mass * 0.5, rel=0.05)
+    assert planned["yaw_rate"][1][-1] > 0.1
+    plan.write_text("t,surge_force,torque\n0,10,0\n4,x,2\n", encoding="utf-8")
+    assert main(words) == 2
+
+
 def test_a_log_without_efforts_is_refused_with_the_cure() -> None:
     with pytest.raises(BadInput, match=r"--column surge_force=NAME .*--column torque=NAME"):
         moved_by({"yaw_rate": (np.array([0.0, 1.0, 2.0]), np.zeros(3))}, VEHICLE, "log")
