@@ -25,8 +25,11 @@ from incsvr.tracing.model import TracedModel
 from service import wire
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
+from service.export.command import in_format
+from service.export.damping_model import of_snapshot
 from service.host.host import Host
 from service.learner.estimates import estimate, forecast_reply
+from service.learner.feedforward_reply import feedforward_reply
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from tests.service.conftest import PATIENCE, configured, cut
@@ -66,7 +69,10 @@ def traced(folder: Path, mass: bool) -> Path:
     rate = np.linspace(-1.0, 1.0, 61)
     damping = LINEAR[2] * rate + QUADRATIC[2] * rate * np.abs(rate)
     model = TracedModel(float(MASS[5]), rate, damping, (Term("bias_torque", "", (BIAS,)),), 1.0, 0.3, 2.0, (0.0, 100.0))
-    content: dict[str, Any] = {"effects": [{"effect": "bias_torque"}], "model": model.to_dict()}
+    content: dict[str, Any] = {
+        "effects": [{"effect": "bias_torque", "parameters": {"moment_nm": BIAS}}],
+        "model": model.to_dict(),
+    }
     if mass:
         content["coupled"] = {"mass_matrix": np.diag(MASS).ravel().tolist()}
     path = folder / "trace.json"
@@ -111,6 +117,24 @@ def has_coriolis(outcome: Outcome) -> bool:
     return float(np.std(outcome.reports[-1].batch.parts[CORIOLIS])) > 0.1
 
 
+def drives_a_plan(outcome: Outcome) -> bool:
+    """Whether the parts of the answer add up to its torque, and it says what it leaves out."""
+    plan = wire.FeedforwardQuery(t=(0.0, 5.0), rate=(0.0, 0.2))
+    reply = feedforward_reply(outcome.host.node, plan, {})
+    parts = np.array(reply.inertia_part) + reply.damping_part + reply.effects_part
+    return bool(np.allclose(reply.torque, parts)) and np.ptp(reply.torque) > 0.0
+
+
+def is_exported(outcome: Outcome) -> bool:
+    """Whether the exported curve is the served one, with the effects in force."""
+    snapshot = outcome.host.node.latest()
+    assert snapshot is not None
+    exported = json.loads(in_format(of_snapshot(snapshot, "a test"), "json", "base_link", None, None))
+    curve = np.array(snapshot.model().predict(exported["curve"]["rate"]).damping)
+    effects = [str(effect["effect"]) for effect in snapshot.effects]
+    return np.allclose(exported["curve"]["damping"], curve) and [e["effect"] for e in exported["effects"]] == effects
+
+
 def is_archived(outcome: Outcome) -> bool:
     return sum(path.stat().st_size for path in (outcome.folder / "archive").glob("*.mcap")) > 10_000
 
@@ -135,6 +159,8 @@ FEATURES: dict[str, tuple[Settings, Callable[[Outcome], bool]]] = {
     "mass matrix": (lambda folder: {"vehicle__mass_matrix": MASS.tolist()}, has_coriolis),
     "validation": (lambda folder: {"validation": {"V": str(folder / "V.csv")}}, is_validated),
     "changes": (lambda folder: {"learner__policy": "weighted"}, change_is_noticed),
+    "feed-forward": (lambda folder: {}, drives_a_plan),
+    "export": (lambda folder: {}, is_exported),
     "archive": (lambda folder: {"archive__directory": folder / "archive"}, is_archived),
 }
 """Name → its settings, and whether it worked."""
