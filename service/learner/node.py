@@ -149,7 +149,8 @@ class LearnerNode:
             else:
                 self._guarded = guarded
             self.current_warnings = self.current_warnings.after(verdict)
-            self._batch_ends.append(BatchEnd(self._judged_until, self.served))
+            if self.config.tracing.on:  # else nobody takes them, and each holds a model
+                self._batch_ends.append(BatchEnd(self._judged_until, self.served))
             if outcome is not None:
                 return outcome
         return None

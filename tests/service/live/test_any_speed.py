@@ -84,6 +84,17 @@ def test_what_is_traced_does_not_depend_on_how_long_a_trace_takes() -> None:
     assert slow == prompt[: len(slow)]
 
 
+@pytest.mark.parametrize("mode", ["off", "advise"])
+def test_the_ends_of_batches_are_kept_for_a_tracer_alone(mode: str) -> None:
+    node = LearnerNode(configured(**ADVISE | {"tracing__live": mode}), boot="")
+    for name, (t, value) in cut(leng.recording("T1", 7), 100.0).streams().items():
+        node.push(name, t, value)
+    while node.learn() is not None:
+        pass
+    assert [end.served.revision for end in node.take_batch_ends()] == ([1, 2, 3] if mode == "advise" else [])
+    assert node.take_batch_ends() == []
+
+
 @pytest.fixture(scope="module")
 def session() -> Iterator[zenoh.Session]:
     with open_session(listener_config_at(free_endpoint())) as opened:
