@@ -65,6 +65,7 @@ vehicles: .venv/ready  ## every axis of every measured vehicle, beside eight oth
 	$(BIN)/python -m benchmarks.vehicles
 	$(BIN)/python -m benchmarks.vehicles.whole_vehicle
 	$(BIN)/python -m benchmarks.vehicles.changes
+	$(BIN)/python -m benchmarks.vehicles.fleet
 
 trouble: .venv/ready  ## faults and effects of real vehicles and logs, drawn anew
 	$(BIN)/python -m benchmarks.tracer.trouble
