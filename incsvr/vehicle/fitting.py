@@ -28,6 +28,8 @@ RELATIVE_DIFFERENCE = 1e-4
 """Step of the differences that give the slopes along lags, in a lag's scale."""
 MAX_SLOPE = 1000.0
 """Largest change of a velocity, in the fastest one, by a parameter's own order: those of a usual window reach 10."""
+WRONG_END = 2.0
+"""Ratio of errors from which a search ended in a wrong minimum: ends that data hardly tell apart differ by a fifth."""
 PRIOR_SCALES = 30.0
 """Deviation of a parameter's prior about its start, in its scale: it only holds what is not excited."""
 
@@ -132,13 +134,18 @@ def fit(
 def fit_from_afar(
     windows: Windows, structure: Structure, start: Array, scale: Array, bounds: tuple[Array, Array]
 ) -> Fit:
-    """`fit` from a guess of orders of magnitude: to the windows' first thirds, and from there to whole windows.
+    """`fit` from a guess of orders of magnitude.
 
-    What happens soon is nearly linear in the parameters, so that a first guess that is ten times wrong does no harm.
+    The search also begins at what predicts the windows' first thirds best: what happens soon is nearly linear in the
+    parameters, so that a guess that is ten times wrong does no harm there. Its end is taken where the other one's
+    errors are WRONG_END times as large, in the geometric mean over the axes; a small difference is one of noise.
     """
+    direct = fit(windows, structure, start, scale, bounds)
     short = Windows(windows.motion, windows.first, max(1, windows.cells // 3))
     near = fit(short, structure, start, scale, bounds)
-    return fit(windows, structure, near.parameters, scale, bounds)
+    found = fit(windows, structure, near.parameters, scale, bounds)
+    ratio = float(np.exp(0.5 * np.mean(np.log(direct.variance / found.variance))))
+    return found if ratio > WRONG_END else direct
 
 
 def slopes(windows: Windows, structure: Structure, parameters: Array, scale: Array) -> Array:

@@ -80,7 +80,7 @@ COMMANDS = {
     ),
     "compare": (
         "service.commands.compare",
-        "compares dives of one vehicle, or stored tables of a fleet: inertias and drags, and in which dive they changed",
+        "compares dives of a vehicle, or stored tables of a fleet: inertias and drags, and in which dive they changed",
         "incsvr compare may.csv june.csv july.csv --table history.parquet",
     ),
     "forecast": (
