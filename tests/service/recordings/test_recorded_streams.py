@@ -96,7 +96,7 @@ def test_fit_and_trace_refuse_a_yaw_rate_in_bursts_and_tell_a_clock(
     write(tmp_path / "bursts.csv", from_streams("b", {**streams, "yaw_rate": (sent_together(time, 0.5), rate)}))
     for command in ("fit", "trace"):
         assert main([command, str(tmp_path / "bursts.csv"), "--inertia", "20"]) == 2
-        assert "the yaw rate comes in bursts 0.49 s apart" in capsys.readouterr().err
+        assert "the yaw rate arrives in bursts 0.49 s apart" in capsys.readouterr().err
     time, torque = streams["torque"]
     write(tmp_path / "steps.csv", from_streams("s", {**streams, "torque": (time + 0.5 * (time > HALF), torque)}))
     assert main(["fit", str(tmp_path / "steps.csv"), "--inertia", "20"]) == 0
