@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.forecasting.other_influences import BY_ITSELF, OtherInfluences, known_at
+from incsvr.forecasting.other_influences import BY_ITSELF, OtherInfluences
 from incsvr.numerics import Array, Streams, integral_at
 from incsvr.plant.body import Coupled
+from incsvr.signals.known_instants import known_at
 
 STEPS_PER_WIDTH = 2.0
 """Steps in a width of the filter: what is quicker is the gyro's noise to the learner."""

@@ -31,7 +31,7 @@ from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.signals import REQUIRED, SignalSettings
-from incsvr.signals.coupled import MAX_PAUSE_S, decoupled_streams
+from incsvr.signals.coupled import decoupled_streams
 from incsvr.tracing import trace_if_found
 from incsvr.tracing.model import TracedModel
 from service.live.tracing_process import NO_ANSWER
@@ -67,7 +67,7 @@ def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     if "body" in job:
         streams, _ = decoupled_streams(Coupled.from_dict(job["body"]), streams, job["smoothing"])
     if "surface" in job:
-        streams = streams_by_itself(Model.from_dict(job["surface"]), streams, MAX_PAUSE_S)
+        streams = streams_by_itself(Model.from_dict(job["surface"]), streams)
     return _compare(job, streams) if job["work"] == "prove" else _trace(job, streams)
 
 

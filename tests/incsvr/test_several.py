@@ -259,10 +259,10 @@ def test_the_streams_of_the_axis_by_itself_keep_the_damping_at_the_usual_velocit
     torque = state.model.over(np.column_stack((rate, surge, sway))).damping
     known = (time < 20.0) | (time > 25.0)
     streams = {"yaw_rate": (time, rate), "torque": (time, torque), "surge": (time, surge)}
-    alone = streams_by_itself(state.model, {**streams, "sway": (time[known], sway[known])}, 1.0)
+    alone = streams_by_itself(state.model, {**streams, "sway": (time[known], sway[known])})
     at, left = alone["torque"]
     assert not np.any((at > 20.0) & (at < 25.0))
     assert left == pytest.approx(state.model.predict(np.interp(at, time, rate)).damping, abs=1e-9)
     assert np.std(left) < 0.8 * np.std(torque)
     with pytest.raises(BadInput, match="surge, sway"):
-        streams_by_itself(state.model, streams, 1.0)
+        streams_by_itself(state.model, streams)

@@ -20,6 +20,7 @@ from incsvr.learning.several_velocities.drag import Drag, fitted
 from incsvr.learning.velocities import points
 from incsvr.numerics import Array, Streams
 from incsvr.signals import TORQUE, YAW_RATE, raw
+from incsvr.signals.known_instants import known_at
 from incsvr.signals.samples import Samples
 
 
@@ -59,7 +60,7 @@ def as_one_curve(model: Model, batch: Samples) -> Samples:
     return replace(batch, damping=damping, raw=kept)
 
 
-def streams_by_itself(model: Model, streams: Streams, longest_pause: float) -> Streams:
+def streams_by_itself(model: Model, streams: Streams) -> Streams:
     """The streams of a vehicle, with what a model over several velocities says of the others taken from the torque.
 
     Of the damping at the measured velocities that at the usual ones stays. Values of the torque at which a velocity is
@@ -68,7 +69,6 @@ def streams_by_itself(model: Model, streams: Streams, longest_pause: float) -> S
     Args:
         model: trained over several velocities.
         streams: name → (stamps [s], values).
-        longest_pause: between two values of a velocity across which it is known [s].
 
     Raises:
         BadInput: the others are never known while the torque is.
@@ -77,14 +77,7 @@ def streams_by_itself(model: Model, streams: Streams, longest_pause: float) -> S
     if several is None:
         return streams
     time, torque = streams[TORQUE]
-    known = np.ones(time.size, dtype=bool)
-    for name in several.others:
-        stamps = streams[name][0] if name in streams else np.empty(0)
-        after = np.clip(np.searchsorted(stamps, time), 1, max(stamps.size - 1, 1))
-        if stamps.size < 2:
-            known[:] = False
-            continue
-        known &= (time >= stamps[0]) & (time <= stamps[-1]) & (stamps[after] - stamps[after - 1] <= longest_pause)
+    known = known_at(time, streams, several.others)
     if known.sum() < 2:
         raise BadInput(
             f"the velocities {', '.join(several.others)} that damping is learned over do not come while the torque does"
