@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test test-all lint docs bench table1 tuning policy coverage trace-table missions live-missions bets-level several vehicles trouble \
-	fleet six-axes feedforward sensor-faults soak hold recording pictures tutorials clean
+	fleet six-axes feedforward thrust-faults sensor-faults soak hold recording pictures tutorials clean
 
 demo: .venv/ready  ## the main job, end to end, in about two minutes
 	$(BIN)/incsvr demo
@@ -78,6 +78,9 @@ six-axes: .venv/ready  ## all axes of a vehicle file in one process at 100 Hz
 
 feedforward: .venv/ready  ## yaw control with and without the torque that the learner gives for the plan
 	$(BIN)/python -m benchmarks.learner.feedforward
+
+thrust-faults: .venv/ready  ## how soon lost thrust is told in missions and measured logs, and how often falsely
+	$(BIN)/python -m benchmarks.learner.thrust_faults
 
 sensor-faults: .venv/ready  ## when a failing sensor is named, and what is served meanwhile
 	$(BIN)/python -m benchmarks.learner.sensor_faults

@@ -46,6 +46,8 @@ def _loaded() -> ModuleType:
 _lapack = _loaded()
 dposv, dpotrf, dpotrs, dpstrf = _lapack.dposv, _lapack.dpotrf, _lapack.dpotrs, _lapack.dpstrf
 """Solution of a positive definite system; its Cholesky factor, and a solution by it; the factor with pivots."""
+dtbtrs = _lapack.dtbtrs
+"""Solution of a triangular system with a band."""
 
 
 def cholesky(matrix: Array) -> Array:

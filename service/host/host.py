@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from incsvr.errors import BadInput
+from incsvr.forecasting.thrust_watch import ThrustChange
 from service import wire
 from service.bus.feed import Feed
 from service.bus.health_publisher import HealthPublisher
@@ -30,6 +31,7 @@ from service.health.health_watch import HealthConditions, HealthWatch
 from service.host.answers import Answers
 from service.host.effect_switch import EffectSwitch
 from service.host.persist_then_publish import PARAMETERS_KEY, PersistThenPublish
+from service.host.thrust_words import thrust_event, thrust_notice
 from service.learner.duplicate_learner import DuplicateLearner
 from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
@@ -73,6 +75,7 @@ class Host:
         self._persist_then_publish = PersistThenPublish(
             config, self.node, self._store, self._history, self._publishers, self._live, self.mapped
         )
+        self._thrust_change: ThrustChange | None = None  # the last one
         self._switch: EffectSwitch | None = None
         if self._live is not None:
             self._switch = EffectSwitch(config, self.node, self._live, self._persist_then_publish)
@@ -158,6 +161,7 @@ class Host:
             *(() if self._archive is None else self._archive.notices()),
             *(() if self._live is None else self._live.notices),
             *self._estimate(),
+            *thrust_notice(self.node, self._thrust_change),
         )
         channels = self._config.signals.channels
         return HealthConditions(
@@ -194,6 +198,7 @@ class Host:
             log.exception("%s: an iteration failed; its batch is lost", self.keys.prefix)
             self.watch.add_failure(f"an iteration failed and its batch is lost: {error}")
             return True
+        self._publish_thrust_changes()
         if outcome is not None:
             self._persist_then_publish.iteration(outcome)
         elif self._store is not None:
@@ -202,6 +207,14 @@ class Host:
             self._switch.after_batch()
         self.answers.decide(self._decide)
         return outcome is not None
+
+    def _publish_thrust_changes(self) -> None:
+        """Publishes what was found of the thrust, from the thread that learns."""
+        for change in () if self.node.thrust is None else self.node.thrust.take():
+            event = thrust_event(self.node, self._history, change)
+            log.warning("%s: %s", self.keys.prefix, event.why)
+            self._thrust_change = change
+            self._publishers.publish(self.keys.event, wire.encode(event))
 
     def goodbye(self) -> None:
         """Says that this learner is no longer to be asked."""

@@ -16,12 +16,14 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from incsvr.checks import CurrentWarnings, Vehicle
+from incsvr.checks.misfit import MODEL_KINDS
 from incsvr.errors import BadInput
 from incsvr.learning import checked_learner as guard
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.learner import Iteration
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
+from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.plant.words import words_of
 from incsvr.signals.samples import Samples
 from service import wire
@@ -41,6 +43,7 @@ from service.learner.prepared_iteration import (
 from service.learner.published import ServedModel, damping_reply, snapshot, textbook_coefficients
 from service.learner.recent_batches import RecentBatches
 from service.learner.stand_in import StandIn
+from service.learner.thrust import ThrustWatch
 from service.learner.window import Window
 from service.state.restored import restore
 
@@ -102,6 +105,9 @@ class LearnerNode:
         coupled, others = config.coupled(), self._settings.others
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled, others)
         self.stand_in = StandIn(signals, (memory or {}).get("forecast"), others, coupled, compensation)
+        #: None where other velocities have a part in the torque, which its errors would hold.
+        alone = coupled is None and not others
+        self.thrust = ThrustWatch(signals, (memory or {}).get("thrust")) if alone else None
         self._judged_until: float | None = None  # the last stamp of the last batch, learned or put aside [s]
         self._batch_ends: deque[BatchEnd] = deque(maxlen=MAX_WAITING_BATCHES)
         self.recent_batches = RecentBatches()
@@ -120,9 +126,10 @@ class LearnerNode:
         self._validation = dict(validation)
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
-        """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where a batch waits to be learned."""
+        """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where `learn` has something to do."""
         self.stand_in.push(stream, t, value)
-        return self.batches.push(stream, t, value)
+        look_is_due = self.thrust is not None and self.thrust.push(stream, t, value)
+        return self.batches.push(stream, t, value) or look_is_due
 
     def learn(self) -> CommittedIteration | None:
         """The next iteration, where a whole batch waits that is not put aside; call it from one thread alone.
@@ -132,7 +139,9 @@ class LearnerNode:
         else is as it was.
         """
         self.stand_in.catch_up()
+        due = -math.inf if self.thrust is None else self.thrust.due
         while (batch := self.batches.next_batch()) is not None:
+            self._look(min(due, float(batch.time[-1])))
             self._judged_until = float(batch.time[-1])
             guarded, verdict, taken_back = guard.judge(self._settings, self._vehicle, self._guarded, batch)
             outcome = None
@@ -153,7 +162,17 @@ class LearnerNode:
                 self._batch_ends.append(BatchEnd(self._judged_until, self.served))
             if outcome is not None:
                 return outcome
+        self._look(due)
         return None
+
+    def _look(self, until: float) -> None:
+        """Looks for a change of the thrust, as often as is due until a time [s], with what is learned now."""
+        if self.thrust is not None:
+            served, checks = self.served, self._guarded.checks
+            # A thrust that is lost may be what pauses learning; a sensor's fault would look like one.
+            believed = checks.paused_since is None or checks.kinds <= MODEL_KINDS
+            inertia = inertia_in_force(self.config.vehicle.inertia, served.effects)
+            self.thrust.advance(until, served.model, inertia, believed)
 
     def relearn(
         self, effects: TracedEffects | None, validation: Mapping[str, Samples], since: float = -math.inf
@@ -262,7 +281,7 @@ class LearnerNode:
             "revision": self.served.revision,
             "covered": self._covered.to_list(),
             "t": self.served.t,
-        }
+        } | ({} if self.thrust is None else {"thrust": self.thrust.to_dict()})
         if whole:
             known["on_the_way"] = self.batches.to_dict()
             known["forecast"] = self.stand_in.to_dict()

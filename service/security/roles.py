@@ -47,7 +47,7 @@ ACTIONS: dict[str, tuple[Grant, ...]] = {
     "see whether the learner is well": (Grant(("alive",), (PRESENCE,)), Grant(("health",), (ASK, FOLLOW))),
     "use the model": (
         Grant(("damping", "forecast", "feedforward"), (ASK,)),
-        Grant(("estimate",), (FOLLOW,)),
+        Grant(("estimate", "event"), (FOLLOW,)),
         Grant(("model", "coefficients"), (ASK, FOLLOW)),
         _with_history("model"),
     ),

@@ -11,6 +11,7 @@ a viewer that starts late draws what happened before.
 from __future__ import annotations
 
 from service.wire.damping import DampingQuery, DampingReply, ErrorReply
+from service.wire.event import ThrustEvent
 from service.wire.feedforward import FeedforwardQuery, FeedforwardReply
 from service.wire.forecast import Estimate, ForecastQuery, ForecastReply
 from service.wire.form import Form, FormType, Numbers, decode, encode
@@ -61,6 +62,7 @@ __all__ = [
     "Points",
     "StreamHealth",
     "Support",
+    "ThrustEvent",
     "Validation",
     "WaterMotion",
     "decode",

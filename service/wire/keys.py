@@ -57,6 +57,10 @@ class Keys:
         return f"{self.prefix}/estimate"
 
     @property
+    def event(self) -> str:
+        return f"{self.prefix}/event"
+
+    @property
     def health(self) -> str:
         return f"{self.prefix}/health"
 

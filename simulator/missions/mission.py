@@ -104,8 +104,12 @@ class Outcome:
     water: Array
 
 
-def play(mission: Mission) -> Outcome:
+def play(mission: Mission, breaking: Callable[[Physics], Physics] | None = None) -> Outcome:
     """Plays a mission.
+
+    Args:
+        mission: what is played.
+        breaking: makes of the vehicle's equations those of one that breaks under way; None for a sound one.
 
     Raises:
         KeyError: a kind, vehicle or effect that does not exist.
@@ -131,6 +135,8 @@ def play(mission: Mission) -> Outcome:
         COMPASS_NOISE * for_compass.standard_normal(beats),
     )
     sound, truth = Physics(vehicle.scale.inertia, vehicle.drag), Truth()
+    if breaking is not None:
+        sound = breaking(sound)
     physics = sound
     if mission.effect is not None:
         ticks = np.arange(2 * steps + 1, dtype=np.float64) * STEP / 2.0

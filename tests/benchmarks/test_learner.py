@@ -18,6 +18,7 @@ from benchmarks.learner import (
     sensor_faults,
     several,
     slow_commands,
+    thrust_faults,
 )
 from benchmarks.learner.policy_cases import ADAPTIVE, FITTED, scenario
 from benchmarks.learner.policy_scenarios import RATES, SAMPLES_BEFORE, SCENARIOS
@@ -36,6 +37,19 @@ def test_the_feed_forward_halves_the_tracking_error(monkeypatch: pytest.MonkeyPa
     assert record["found"] == ["bias_torque"]
     assert record["with"] < 0.5 * record["alone"]
     assert "| bias_torque |" in feedforward.report({"command": "", "date": "", "revision": "", "records": [record]})
+
+
+def test_lost_thrust_is_judged_by_when_it_was_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(thrust_faults, "MISSION_S", 420.0)
+    monkeypatch.setattr(thrust_faults, "FAULT_S", 100.0)
+    monkeypatch.setattr(thrust_faults, "MIN_ONSET_S", 220.0)
+    monkeypatch.setattr(thrust_faults, "MAX_ONSET_S", 225.0)
+    monkeypatch.setattr(thrust_faults, "FAULT_KINDS", ("rate_control",))
+    record = thrust_faults.examine(("fault", 3))
+    assert (record["vehicle"], record["thruster"], record["told"], record["before"]) == ("auv", "none", True, [])
+    assert record["after"] <= 70.0
+    page = thrust_faults.report({"command": "", "date": "", "revision": "", "records": [record]})
+    assert "| 3 | rate_control | auv | 0.50 |" in page
 
 
 def test_figures_of_the_solver() -> None:

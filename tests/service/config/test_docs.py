@@ -21,6 +21,7 @@ __all__ = ["endpoint"]
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 PAGE = (DOCS / "bus.md").read_text(encoding="utf-8")
+LIVE = (DOCS / "live.md").read_text(encoding="utf-8")
 CONTROL = (DOCS / "control.md").read_text(encoding="utf-8")
 CLIENT, FOLLOWER = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 PAYLOADS = re.findall(r"```json\n(.*?)```", PAGE, re.DOTALL)
@@ -106,6 +107,12 @@ def test_the_page_for_control_asks_and_shows_what_the_learner_answers(endpoint: 
     assert torque[1] > torque[3]
 
 
+def test_the_event_that_is_shown_is_one() -> None:
+    (shown,) = re.findall(r"```json\n(.*?)```", LIVE, re.DOTALL)
+    wire.decode(wire.ThrustEvent, shown.encode())
+    assert set(json.loads(shown)) == set(wire.ThrustEvent.model_fields)
+
+
 def test_every_key_and_limit_stands_there() -> None:
     for key in (
         KEYS.rate,
@@ -113,6 +120,7 @@ def test_every_key_and_limit_stands_there() -> None:
         KEYS.model,
         KEYS.iteration,
         KEYS.damping,
+        KEYS.event,
         KEYS.feedforward,
         KEYS.health,
         KEYS.effects,

@@ -37,6 +37,7 @@ hear the iteration            no       yes      yes
 hear the health               yes      yes      yes
 hear the effects              no       yes      yes
 hear the estimate             yes      yes      yes
+hear an event                 yes      yes      yes
 hear every key                no       yes      yes
 see that it is alive          yes      yes      yes
 ask the damping               yes      yes      yes
@@ -160,6 +161,7 @@ ACTIONS: dict[str, Callable[[Secured, str], bool]] = {
     "hear the rate": lambda bus, role: hears(bus, role, UNSERVED.rate),
     "hear a channel": lambda bus, role: hears(bus, role, UNSERVED.stream("depth")),
     "hear the effects": lambda bus, role: hears(bus, role, UNSERVED.effects),
+    "hear an event": lambda bus, role: hears(bus, role, f"{UNSERVED.prefix}/event"),
     "hear the estimate": lambda bus, role: hears(bus, role, f"{UNSERVED.prefix}/estimate"),
     "hear every key": lambda bus, role: hears(bus, role, UNSERVED.model, subscribed=f"{UNSERVED.prefix}/**"),
     "hear the model": lambda bus, role: hears(bus, role, UNSERVED.model),

@@ -1,0 +1,125 @@
+"""Thrust that is lost, or back: found in closed loop, told from other changes, and never where nothing happens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from incsvr.forecasting.command_cells import CommandCells
+from incsvr.forecasting.prediction_noise import START, fitted_noise, whiten
+from incsvr.forecasting.thrust_watch import WATCH_PERIOD_S, ThrustChange, ThrustState, look
+from incsvr.numerics import Array
+
+INERTIA, STEP, HOLD = 24.0, 0.025, 4
+ONSET_S, END_S = 240.0, 440.0
+FAULT_S = 130.0
+
+
+def drag(rate: Array) -> Array:
+    return np.asarray(rate * (9.0 + 26.0 * np.abs(rate)))
+
+
+def sailed(
+    thrust: Callable[[float], float] = lambda _: 1.0,
+    damping: Callable[[float], float] = lambda _: 1.0,
+    moment: Callable[[float], float] = lambda _: 0.0,
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Rate and command of a vehicle under rate control in moving water, whose thrust and damping are scaled in time."""
+    random = np.random.default_rng(3)
+    beats = round(END_S / (STEP * HOLD))
+    wish = np.repeat(random.uniform(-0.4, 0.4, beats // 80 + 1), 80)[:beats]
+    noise, kicks = 0.002 * random.standard_normal(beats), 0.3 * random.standard_normal(beats * HOLD)
+    rates, commands = np.empty(beats), np.empty(beats)
+    rate, water, total = 0.0, 0.0, 0.0
+    for beat in range(beats):
+        rates[beat] = rate + noise[beat]
+        error = wish[beat] - rates[beat]
+        total += 12.0 * error * STEP * HOLD
+        commands[beat] = 34.0 * error + total
+        now = beat * HOLD * STEP
+        for k in range(HOLD):
+            water += -0.5 * STEP * water + STEP**0.5 * kicks[beat * HOLD + k]
+            acts = thrust(now) * commands[beat] + water + moment(now)
+            rate += STEP / INERTIA * (acts - damping(now) * rate * (9.0 + 26.0 * abs(rate)))
+    time: Array = HOLD * STEP * np.arange(beats, dtype=np.float64)
+    return (time, rates), (time, commands)
+
+
+def found(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> list[ThrustChange]:
+    cells = CommandCells.of(rate, torque, -np.inf, np.inf, held=True)
+    state, changes = ThrustState(), []
+    for end in np.arange(WATCH_PERIOD_S, END_S, WATCH_PERIOD_S):
+        seen = cells.take(cells.end <= end)
+        slope = 9.0 + 52.0 * np.abs(seen.first)
+        state, change = look(state, seen, drag(seen.first), slope, INERTIA)
+        if change is not None:
+            changes.append(change)
+    return changes
+
+
+def lost_for_a_while(now: float) -> float:
+    return 0.5 if ONSET_S <= now < ONSET_S + FAULT_S else 1.0
+
+
+def test_thrust_that_is_lost_is_told_within_a_minute_and_so_is_its_return() -> None:
+    lost, back = found(*sailed(thrust=lost_for_a_while))
+    assert lost.seen - ONSET_S <= 60.0
+    assert lost.since == pytest.approx(ONSET_S, abs=10.0)
+    assert lost.level[0] == pytest.approx(0.5, abs=0.1)
+    assert not lost.is_back
+    assert back.is_back
+    assert back.seen - (ONSET_S + FAULT_S) <= 60.0
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {},
+        {"damping": lambda now: 1.5 if now >= ONSET_S else 1.0},
+        {"moment": lambda now: 2.0 if now >= ONSET_S else 0.0},
+        {"thrust": lambda now: 1.5 if now >= ONSET_S else 1.0},
+    ],
+    ids=["nothing", "damping", "moment", "more thrust"],
+)
+def test_what_is_no_loss_of_thrust_is_not_told(other: dict[str, Callable[[float], float]]) -> None:
+    assert found(*sailed(**other)) == []
+
+
+def test_a_gyro_that_is_stuck_is_no_loss_of_thrust() -> None:
+    (time, rate), torque = sailed()
+    stuck = np.where(time < ONSET_S, rate, rate[np.searchsorted(time, ONSET_S)])
+    assert found((time, stuck), torque) == []
+
+
+def test_cells_are_the_same_piece_by_piece_and_span_no_pause() -> None:
+    rate, torque = sailed()
+    whole = CommandCells.of(rate, torque, -np.inf, 60.0, held=True)
+    pieces = CommandCells.none()
+    for end in np.arange(10.0, 61.0, 10.0).tolist():
+        after = float(pieces.end[-1]) if len(pieces) else -np.inf
+        pieces = pieces.followed_by(CommandCells.of(rate, torque, after, end, held=True), 0.0)
+    np.testing.assert_array_equal(pieces.end, whole.end)
+    np.testing.assert_allclose(pieces.torque, whole.torque, atol=1e-9)
+    np.testing.assert_allclose(whole.torque, torque[1][: len(whole)], atol=1e-9)
+    kept = (rate[0] < 20.0) | (rate[0] > 30.0)
+    paused = CommandCells.of((rate[0][kept], rate[1][kept]), torque, -np.inf, 60.0, held=True)
+    assert not np.any((paused.end > 20.2) & (paused.end < 29.8))
+
+
+def test_noise_is_whitened_as_its_recursion_says_and_found_again() -> None:
+    random = np.random.default_rng(1)
+    noise = np.array([2.5, -2.0, 0.8])
+    pole, first, second = 1.0 / (1.0 + np.exp(-2.5)), np.tanh(-1.0), np.tanh(0.4)
+    innovation = random.standard_normal(4000)
+    made = np.zeros(4000)
+    for k in range(4000):
+        before = innovation[max(k - 2, 0) : k][::-1]
+        made[k] = innovation[k] + (pole * made[k - 1] if k else 0.0)
+        made[k] += float(np.dot((first * (1.0 + second), second)[: before.size], before))
+    np.testing.assert_allclose(whiten(noise, made[:, None])[:, 0], innovation, atol=1e-9)
+    causes = random.standard_normal((4000, 2))
+    again = fitted_noise(made + causes @ [3.0, -1.0], causes, np.array(START))
+    left = whiten(again, made[:, None])[:, 0]
+    assert left[100:].std() == pytest.approx(1.0, abs=0.05)

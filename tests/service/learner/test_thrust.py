@@ -1,0 +1,99 @@
+"""Thrust that is lost under way, on the bus: an event and a notice of health, the same however it is played."""
+
+from __future__ import annotations
+
+import queue
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from incsvr.forecasting.thrust_watch import ThrustChange
+from service import wire
+from service.commands.config_output import scaled_config
+from service.config.configuration import Config
+from service.config.sources import read
+from service.learner.node import LearnerNode
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import RATE_LIMIT
+from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
+from simulator.effects import Physics
+from simulator.missions import Mission, play
+from simulator.trial_vehicle import STEP
+from tests.service.conftest import PATIENCE, StartBench
+
+ONSET_S, BACK_S, END_S = 300.0, 450.0, 560.0
+
+
+@cache
+def mission() -> tuple[Recording, float]:
+    """An AUV under rate control whose thrust is halved for a while, and its inertia [kg m²]."""
+
+    def weak(moment: float, _rate: float, tick: int) -> float:
+        return 0.5 * moment if ONSET_S <= 0.5 * tick * STEP < BACK_S else moment
+
+    def breaking(sound: Physics) -> Physics:
+        return replace(sound, commanded=(weak,))
+
+    outcome = play(Mission("rate_control", "auv", 7, duration=END_S), breaking)
+    return outcome.recording, outcome.inertia
+
+
+@cache
+def config() -> Config:
+    recording, inertia = mission()
+    signals = signals_for([recording], inertia, RATE_LIMIT)
+    samples, _ = samples_of(recording, signals, None)
+    return scaled_config(read(None, {"state": None}), recording, signals, learner_for(samples))
+
+
+def played(node: LearnerNode, chunk_s: float, end: float = END_S) -> list[ThrustChange]:
+    """What a learner finds of the mission until a time [s], so much of each stream at once."""
+    found, begin = [], 0.0
+    while begin < end:
+        for name in ("yaw_rate", "torque"):
+            t, value = mission()[0].streams()[name]
+            here = (t >= begin) & (t < min(begin + chunk_s, end))
+            node.push(name, t[here], value[here])
+        while node.learn() is not None:
+            pass
+        begin += chunk_s
+        assert node.thrust is not None
+        found += node.thrust.take()
+    return found
+
+
+def test_what_is_found_follows_from_the_data_and_not_from_how_they_come() -> None:
+    lost, back = played(LearnerNode(config(), boot=""), 2.0)
+    assert (lost.is_back, back.is_back) == (False, True)
+    assert lost.seen - ONSET_S <= 60.0
+    assert lost.since == pytest.approx(ONSET_S, abs=10.0)
+    assert played(LearnerNode(config(), boot=""), 7.3) == [lost, back]
+
+
+def test_after_a_restart_the_thrust_that_is_lost_is_still_lost() -> None:
+    node = LearnerNode(config(), boot="")
+    (lost,) = played(node, 5.0, 440.0)
+    again = LearnerNode(config(), boot="", memory=node.memory())
+    assert again.thrust is not None
+    assert again.thrust.state.level == lost.level[0]
+
+
+def test_it_is_an_event_on_the_bus_and_health_tells_it(start: StartBench, tmp_path: Path) -> None:
+    known = config()
+    bench = start(
+        vehicle=known.vehicle.model_dump(exclude_defaults=True),
+        signals=known.signals.model_dump(exclude_defaults=True),
+        learner=known.learner.model_dump(exclude_defaults=True),
+    )
+    events: queue.Queue[wire.ThrustEvent] = bench.follow(bench.keys.event, wire.ThrustEvent)
+    bench.play(mission()[0])
+    lost, back = events.get(timeout=PATIENCE), events.get(timeout=PATIENCE)
+    assert (lost.event, back.event, lost.axis) == ("thrust lost", "thrust back", "yaw")
+    assert lost.size_low < 0.5 < lost.size_high
+    assert lost.thrust == pytest.approx(1.0 - lost.size)
+    assert lost.revision is not None
+    assert f"since {lost.since:.1f} s yaw thrust is lost" in lost.why
+    health = bench.health_when(lambda health: back.why in health.reasons)
+    assert lost.why not in health.reasons
