@@ -159,7 +159,7 @@ def text(real: Sequence[dict[str, Any]], drawn: Sequence[dict[str, Any]], made: 
     every = [{**row, "kind": each["kind"]} for each in drawn for row in each["rows"] if row["origin"] == "estimated"]
     every += [{**row, "kind": "all"} for row in every if row["what"] != "not there"]
     groups = dict.fromkeys((row["kind"], row["what"]) for row in every)
-    groups |= dict.fromkeys([("all", "together")])
+    groups |= dict.fromkeys([("all", "together")] if every else [])
     truth = []
     for kind, what in groups:
         own = [row for row in every if row["kind"] == kind and what in (row["what"], "together")]
