@@ -30,7 +30,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_player_arguments(parser)
     add_log_arguments(parser, axis=False)
     parser.add_argument(
-        "--vehicle", metavar="FILE", type=Path, help="play the vehicle of this vehicle file (`incsvr identify --write`)"
+        "--vehicle",
+        metavar="FILE",
+        type=Path,
+        help="play the vehicle of this vehicle file (`incsvr identify --vehicle`)",
     )
     parser.add_argument(
         "--commands",

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.learning.coefficients import COEFFICIENT_NAMES
 from incsvr.plant.axes import AXES
 from incsvr.vehicle.fitting import Fit, Windows, fit_from_afar
 from incsvr.vehicle.held_out import WINDOW_CELLS, judged, parts_in_turns, spread_windows, together
@@ -27,7 +28,7 @@ from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.scales import Candidate, Scales
 from incsvr.vehicle.selection import MIN_EVIDENCE, LeftOut, extended, parts, reduced
 from incsvr.vehicle.structure import Pair, Structure, coupled_pairs
-from incsvr.vehicle.terms import PRODUCT, Term, couplings, extras, own_damping, restoring
+from incsvr.vehicle.terms import LINEAR, PRODUCT, QUADRATIC, Term, couplings, extras, own_damping, restoring
 from incsvr.vehicle.validation import NO_ERRORS, Course, Errors, alone, longest_course
 
 STEPS = 4
@@ -64,16 +65,36 @@ class Identified:
     course: Course | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """The result as plain data: the vehicle, the missing axes with reasons, and the errors."""
+        """The result as plain data: each axis, the mass matrix, the errors of free runs, and the vehicle file."""
+        vehicle = self.vehicle.to_dict()
         return {
-            "vehicle": self.vehicle.to_dict(),
-            "refusals": dict(self.refusals),
+            "axes": {axis: self._axis(axis) for axis in self.vehicle.axes}
+            | {axis: {"identified": False, "reason": why} for axis, why in self.refusals.items()},
+            "mass_matrix": vehicle["mass_matrix"],
+            "free_run": {
+                "on": "other recordings" if self.unseen else "parts of the recordings, each predicted by the others",
+                **self.errors.to_dict(),
+            },
             "manoeuvres": list(self.manoeuvres),
-            "errors": self.errors.to_dict(),
-            "by_itself": {axis: errors.to_dict() for axis, errors in self.by_itself.items()},
             "seconds": self.seconds,
             "step_s": self.step,
-            "on": "other recordings" if self.unseen else "parts of the recordings, each predicted by the others",
+            "vehicle": vehicle,
+        }
+
+    def _axis(self, axis: str) -> dict[str, Any]:
+        """One identified axis: its inertia, the coefficients under the names of `incsvr fit`, and its errors alone."""
+        terms, by_itself = self.vehicle.terms, self.by_itself.get(axis)
+        coefficients = {
+            name: terms.get(Term(axis, kind)) for name, kind in zip(COEFFICIENT_NAMES, (LINEAR, QUADRATIC), strict=True)
+        }
+        inertia = self.vehicle.mass.get((axis, axis))
+        return {
+            "identified": True,
+            "inertia": None if inertia is None else inertia.value,
+            "coefficients": {
+                name: {"estimate": p.value, "low": p.low, "high": p.high} for name, p in coefficients.items() if p
+            },
+            "by_itself": None if by_itself is None else by_itself.to_dict(),
         }
 
 

@@ -124,7 +124,7 @@ class Vehicle:
         """
         if data.get("vehicle_file") != 1:
             raise BadInput(
-                "this is no vehicle file: its first line must be vehicle_file: 1 (`incsvr identify --write`)"
+                "this is no vehicle file: its first line must be vehicle_file: 1 (`incsvr identify --vehicle`)"
             )
         try:
             terms = {

@@ -48,7 +48,7 @@ class Errors:
                 }
                 for seconds, errors in self.horizons.items()
             },
-            "free_run": {
+            "whole_runs": {
                 axis: {"model": float(m), "zero": float(z)}
                 for axis, m, z in zip(self.axes, self.free_run, self.zero, strict=True)
             },

@@ -38,7 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--name", default="vehicle", metavar="NAME", help="name of the vehicle (default vehicle)")
     parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
-    parser.add_argument("--write", type=Path, metavar="FILE", help="file for the vehicle model (YAML)")
+    parser.add_argument(
+        "--vehicle", "--write", dest="write", type=Path, metavar="FILE", help="file for the vehicle model (YAML)"
+    )
     add_report_argument(parser)
     add_log_arguments(parser, config=True, axis=False)
     add_json_argument(parser)
@@ -46,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     if args.write is not None:
-        refuse_unwritable(args.write, "--write")
+        refuse_unwritable(args.write, "--vehicle")
     found, notes = answer(args)
     words = "\n".join([*(f"note: {note}" for note in notes), *([""] if notes else []), text(found)])
     if args.write is not None:

@@ -55,15 +55,15 @@ def read_values(path: Path) -> Mapping[str, Any]:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
+            raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --vehicle FILE` writes one")
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise BadInput(f"{path}: there is no such file; `incsvr identify LOG --write {path}` writes one") from None
+        raise BadInput(f"{path}: there is no such file; `incsvr identify LOG --vehicle {path}` writes one") from None
     except (OSError, UnicodeDecodeError):
-        raise BadInput(f"{path}: cannot be read as text; give a file that `incsvr identify --write` wrote") from None
+        raise BadInput(f"{path}: cannot be read as text; give a file that `incsvr identify --vehicle` wrote") from None
     values = parse(text, str(path)).value
     if not isinstance(values, Mapping) or values.get("vehicle_file") != 1:
-        raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
+        raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --vehicle FILE` writes one")
     return values
 
 

@@ -26,7 +26,7 @@ from service.wire.json_text import json_text
 
 FORMATS = ("csv", "json", "gazebo", "uuv", "stonefish", "python-vehicle-simulator", "python")
 VEHICLE_SUFFIXES = (".yaml", ".yml")
-"""Suffixes of a vehicle file, which `incsvr identify --write` writes."""
+"""Suffixes of a vehicle file, which `incsvr identify --vehicle` writes."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
         print("\n".join(remarks), end="\n" * bool(remarks), file=sys.stderr)
         return status
     if args.format == "python":
-        raise BadInput("--format python takes a vehicle file; `incsvr identify LOG --write vehicle.yaml` writes one")
+        raise BadInput("--format python takes a vehicle file; `incsvr identify LOG --vehicle vehicle.yaml` writes one")
     try:
         learned = _model(args, config)
     except NoAnswer as error:

@@ -30,7 +30,7 @@ def dives(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, seconds in (("one", 200.0), ("two", 60.0)):
         write(folder / f"{name}.csv", from_streams(name, swim(body, seconds, rng)))
     words = ["identify", str(folder / "one.csv"), "--validate", str(folder / "two.csv"), "--name", "torpedo"]
-    words += ["--write", str(folder / "vehicle.yaml"), "--report", str(folder / "report.html")]
+    words += ["--vehicle", str(folder / "vehicle.yaml"), "--report", str(folder / "report.html")]
     assert main([*words, "--json", str(folder / "found.json")]) == 0
     return folder
 
@@ -38,8 +38,12 @@ def dives(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_vehicle_file_holds_what_the_json_holds(dives: Path) -> None:
     found = json.loads((dives / "found.json").read_text(encoding="utf-8"))
     assert read_vehicle(dives / "vehicle.yaml").to_dict() == found["vehicle"]
-    assert found["on"] == "other recordings"
-    assert found["errors"]["horizons"]["5"]["yaw"]["model"] < 0.3 * found["errors"]["horizons"]["5"]["yaw"]["hold"]
+    assert found["free_run"]["on"] == "other recordings"
+    yaw, linear = found["axes"]["yaw"], found["vehicle"]["terms"]["yaw"]["linear"]
+    assert yaw["inertia"] == found["mass_matrix"]["yaw,yaw"]["value"]
+    assert yaw["coefficients"]["N_r"] == {"estimate": linear["value"], "low": linear["low"], "high": linear["high"]}
+    assert found["axes"]["heave"]["reason"].startswith("no heave was recorded")
+    assert found["free_run"]["horizons"]["5"]["yaw"]["model"] < 0.3 * found["free_run"]["horizons"]["5"]["yaw"]["hold"]
 
 
 def test_the_report_shows_parameters_errors_and_a_free_run_and_loads_nothing(dives: Path) -> None:
@@ -50,8 +54,8 @@ def test_the_report_shows_parameters_errors_and_a_free_run_and_loads_nothing(div
     found = json.loads((dives / "found.json").read_text(encoding="utf-8"))
     inertia = found["vehicle"]["mass_matrix"]["yaw,yaw"]
     assert f"inertia [kg m²] {number(inertia['value'])} {number(inertia['low'])} to {number(inertia['high'])}" in words
-    ahead = found["errors"]["horizons"]["5"]["yaw"]
-    alone = found["by_itself"]["yaw"]["horizons"]["5"]["yaw"]["model"]
+    ahead = found["free_run"]["horizons"]["5"]["yaw"]
+    alone = found["axes"]["yaw"]["by_itself"]["horizons"]["5"]["yaw"]["model"]
     assert f"yaw [rad/s] {number(ahead['model'])} {number(ahead['hold'])} {number(alone)}" in words
     assert "Heave: no heave was recorded" in words
     assert text.count("<svg") == 3, "a free run of each axis"
