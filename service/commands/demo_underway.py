@@ -23,8 +23,8 @@ PROOF_S = 60.0
 """Effects prove themselves on so much fresh data [s]."""
 SETTINGS = ("tracing.live=advise", f"tracing.window={WINDOW_S:g}", f"tracing.proof={PROOF_S:g}")
 OPENING_WORDS = """\
-Third act: the vehicle continues with its hull. At a hidden instant the simulator
-switches on an effect, which its seed selects. The learner's findings:"""
+Third act: the vehicle continues with its hull. At a hidden instant the
+simulator switches on an effect, which its seed selects. The learner's findings:"""
 LEDGER_TIMEOUT_S = 40.0
 """The time for which traces and proofs are awaited after the last measurement [s], wall time; they take ten."""
 IDLE_S = 0.5

@@ -251,5 +251,5 @@ def test_a_log_with_a_fault_is_what_its_seed_says_and_the_command_says_so(
     trouble.main(words)
     (record,) = json.loads((tmp_path / "trouble.json").read_text(encoding="utf-8"))["records"]
     assert record["judged"] == "said"
-    assert "stands still" in record["said"][0]
+    assert "is constant" in record["said"][0]
     assert f"| {kind} | 0 | 0 | 1 | 0 | 0 | – |" in (tmp_path / "trouble.md").read_text(encoding="utf-8")

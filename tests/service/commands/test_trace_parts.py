@@ -88,10 +88,10 @@ def test_the_command_says_what_the_part_shows(
     assert part["from"] == pytest.approx(HULL, abs=1.0)
     assert part["to"] is None
     assert "drag_step" not in [each["effect"] for each in part["effects"]]
-    sentence = f"by itself shows: {part['headline']}"
+    sentence = f"the rest of the recording shows: {part['headline']}"
     assert sentence in printed.err
     assert f"--from {part['from']:.6g}" in printed.err
-    assert "by itself shows" in report.read_text(encoding="utf-8")
+    assert "the rest of the recording shows" in report.read_text(encoding="utf-8")
     # what it says to type gives that headline
     assert main(["trace", str(path), "--inertia", "350", "--from", f"{part['from']:.6g}", "--json", "-"]) == 0
     alone = json.loads(capsys.readouterr().out)

@@ -76,7 +76,7 @@ def test_on_a_full_disk_it_learns_starts_and_recovers_and_no_revision_is_two_mod
         unsaved = next_model(models)
         assert unsaved.revision == 3
         health = health_at(session, "ERROR")
-        assert "what was learned cannot be kept" in health.reasons[0]
+        assert "the state cannot be saved" in health.reasons[0]
         assert answered(session, f"{KEYS.model}?revision=3") == unsaved
         process.send_signal(signal.SIGKILL)
         assert process.wait(PATIENCE) == -signal.SIGKILL
