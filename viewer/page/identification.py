@@ -203,8 +203,9 @@ def _copy(source: Source, file: IO[bytes], size: int) -> None:
 
 def _summary(found: dict[str, Any]) -> dict[str, Any]:
     """Of the result what fits beside its report: errors 5 s ahead by axis, what is not identified, why no report."""
-    ahead = found.get("errors", {}).get("horizons", {}).get("5", {})
+    free_run = found["free_run"]
+    ahead = free_run["horizons"].get("5", {})
     errors = [{"axis": axis, "model": each["model"], "held": each["hold"]} for axis, each in ahead.items()]
-    refusals = [f"{axis}: {why}" for axis, why in found.get("refusals", {}).items()]
-    missing = [*refusals, *found.get("manoeuvres", [])]
-    return {"errors": errors, "on": found.get("on", ""), "missing": missing, "no_report": found.get("no_report")}
+    refusals = [f"{axis}: {each['reason']}" for axis, each in found["axes"].items() if not each["identified"]]
+    missing = [*refusals, *found["manoeuvres"]]
+    return {"errors": errors, "on": free_run["on"], "missing": missing, "no_report": found["no_report"]}
