@@ -196,10 +196,11 @@ class HealthWatch:
             if self._starvation is None:
                 self._starvation = Starvation(node.config.signal_settings(), self._started, node.words)
             received = {name: stream.received for name, stream in self._streams.items()}
-            starved = self._starvation.why(now, received, readings, node.batches)
-            self._learning = self._learning.now(
-                self._conditions.paused or self._units(node), starved, self._starvation.since
-            )
+            starved, since = self._starvation.why(now, received, readings, node.batches), self._starvation.since
+            without_evidence = node.recent_batches.without_evidence_since
+            if starved is None and without_evidence is not None:
+                starved, since = sentences.evidence_sentence(node), without_evidence
+            self._learning = self._learning.now(self._conditions.paused or self._units(node), starved, since)
             return self._learning
 
     def _units(self, node: LearnerNode) -> str | None:

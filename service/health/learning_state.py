@@ -1,7 +1,8 @@
 """Whether the learner learns, as one value that health carries: learning, starved or paused.
 
-starved: measurements come, and no sample can be made of them. paused: samples are made, and a check keeps them from
-being learned. Both say why in one sentence; the served model stays the last one that was learned.
+starved: measurements come, and no sample can be made of them, or none that is evidence about damping. paused: samples
+are made, and a check keeps them from being learned. Both say why in one sentence; the served model stays the last one
+that was learned.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class LearningState:
         return f"learning is {self.state}: {self.why}" if self.why else "learning"
 
     def now(self, paused: str | None, starved: str | None, t: float) -> LearningState:
-        """The state at the vehicle's time t [s], given why learning is paused and why there are no samples.
+        """The state at the vehicle's time t [s], given why learning is paused and why there is no evidence.
 
         A pause is said before a lack of samples: somebody decided it. `since` moves with the state alone.
         """

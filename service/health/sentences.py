@@ -63,9 +63,17 @@ def motion_sentences(node: LearnerNode) -> list[str]:
     quick, excitation = recent.unresolved, recent.excitation
     if quick is not None:
         told.append(in_words_of(axis, f"{quick.sentence}; {quick.cure(node.config.signal_settings())}"))
-    if excitation is not None and excitation.little:
-        told.append(in_words_of(axis, f"little excitation: {excitation.sentence}; {EXCITING_MANOEUVRE}"))
+    if excitation is not None and excitation.little and recent.without_evidence_since is None:
+        told.append(f"little excitation: {evidence_sentence(node)}")
     return told
+
+
+def evidence_sentence(node: LearnerNode) -> str | None:
+    """The sentence on the share of recent motion that is evidence, with the manoeuvre; None before the first batch."""
+    excitation = node.recent_batches.excitation
+    if excitation is None:
+        return None
+    return in_words_of(AXES[node.config.vehicle.axis], f"{excitation.sentence}; {EXCITING_MANOEUVRE}")
 
 
 MAX_BEYOND_PART = 0.1

@@ -1,8 +1,8 @@
 """The reason why arriving measurements give no sample: one sentence with the cause and the cure.
 
 The cause is read from what the streams' clocks show (`incsvr.signals.streams.Reading`) and from what came since the
-last sample. That a sample is due follows from the clock on the wall, which is injected; it decides nothing but what
-health says.
+last sample. A sample is due after so much data, however quickly they are played, or after as long by the clock on the
+wall, which is injected; it decides nothing but what health says.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from incsvr.signals.settings import COMMANDED, SETTLING_S
 from incsvr.signals.streams import JUMP_S, Reading
 
 STARVED_AFTER_S = 4.0
-"""The time without a sample, while both streams come, after which the learner is starved [s], by the wall's clock: five
-are promised, and health is looked at twice a second."""
+"""The time without a sample, while both streams come, after which the learner is starved [s], of the data or by the
+wall's clock: five are promised, and health is looked at twice a second."""
 SILENT_AFTER_S = 2.0
 """The silence after which a stream is the cause [s], by the clock on the wall."""
 _UNITS = {1e3: "milliseconds", 1e6: "microseconds"}
@@ -89,12 +89,17 @@ class Starvation:
             t = min((newest[name] for name in REQUIRED if name in newest), default=0.0)
             self._since = LastSample(now, t, fed.samples_seen, dict(received), fed.rejected_by_stream)
             self._why = None
-        elif now - since.at >= STARVED_AFTER_S:
-            self._why = self._cause(now, readings, fed.rejected_by_stream) or self._why
+        elif max(now - since.at, data_s := self._data_s(received, readings)) >= STARVED_AFTER_S:
+            self._why = self._cause(now, data_s, readings, fed.rejected_by_stream) or self._why
         return self._why
 
+    def _data_s(self, received: Mapping[str, int], readings: Mapping[str, Reading]) -> float:
+        """The length of both streams since the last sample [s], by their counts: stamps may jump."""
+        before = self._since.received
+        return min((received[name] - before[name]) * (readings[name].period or 0.0) for name in REQUIRED)
+
     def _cause(
-        self, now: float, readings: Mapping[str, Reading], rejected: Mapping[str, Mapping[str, int]]
+        self, now: float, data_s: float, readings: Mapping[str, Reading], rejected: Mapping[str, Mapping[str, int]]
     ) -> str | None:
         settings, words = self._settings, self._words
         for name in REQUIRED:
@@ -126,7 +131,7 @@ class Starvation:
                 "arrive"
             )
         advanced = (now - self._since.at) * min(self._pace.get(name, 1.0) for name in REQUIRED)
-        if advanced < settings.sample_period + 2.0 * settings.reach + settings.lateness:
+        if max(advanced, data_s) < settings.sample_period + 2.0 * settings.reach + settings.lateness:
             return None  # played slowly
         if settings.torque == COMMANDED:
             needed = 2.0 * settings.reach + SETTLING_S + (torque.period or 0.0)

@@ -257,7 +257,7 @@ class LearnerNode:
         """Takes this as the learned state, without a change of the served model."""
         self._guarded, self._covered = new.guarded, new.covered
         if new.motion is not None:
-            self.recent_batches.add(*new.motion, self.batches.smoothing)
+            self.recent_batches.add(*new.motion, self.batches.smoothing, new.report.trained)
 
     def predict(self, asked: DampingQuery) -> wire.DampingReply:
         """The damping at what is asked.

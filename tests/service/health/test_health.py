@@ -217,10 +217,10 @@ def test_a_vehicle_that_only_the_water_moves_is_told_and_the_model_stays(watch: 
     while node.learn() is not None:
         pass
     health = watch.report(node)
-    (said,) = (reason for reason in health.reasons if "excitation" in reason)
-    assert said.startswith("little excitation: the torque caused")
+    (said,) = (reason for reason in health.reasons if "the torque caused" in reason)
+    assert said == f"learning is starved: {health.learning.why}"
     assert "rad/s" in said
-    assert health.level == "WARN"
+    assert (health.level, health.learning.state) == ("WARN", "starved")
     now = node.served.model.predict(np.linspace(-0.1, 0.1, 5)).damping
     np.testing.assert_allclose(now, learned, atol=0.5)  # of 15 N m: the batch between the two holds a jump
 

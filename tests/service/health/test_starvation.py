@@ -9,9 +9,13 @@ import pytest
 
 from incsvr.numerics import Array
 from service import wire
+from service.commands.config_output import scaled_config
 from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode
+from service.recordings.recording_csv import RATE_LIMIT
+from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from simulator import slow_commands
+from simulator.missions import Mission, play
 from tests.service.conftest import configured
 
 Clock = Callable[[Array], Array]
@@ -148,3 +152,46 @@ def test_commands_that_hold_for_too_short_are_said_with_the_cure() -> None:
         "no command is constant for the 2.2 s that a sample needs; set signals.smoothing below "
         "0.3" in health.learning.why
     )
+
+
+def test_a_log_that_is_played_at_once_is_starved_by_its_own_time() -> None:
+    """The wall's clock stands: ten seconds of data without a sample are the same at any speed."""
+    node = LearnerNode(configured(), boot="b")
+    watch = HealthWatch(node.config.health, started=1000.0, clock=lambda: 1000.0)
+    states = []
+    for begin in np.arange(0.0, 20.0, 0.5):
+        ahead = 0.0 if begin < 10.0 else 3600.0
+        t = np.arange(begin, begin + 0.5, 0.05)
+        for name, clock in {"yaw_rate": t, "torque": t + ahead}.items():
+            watch.add_values(name, clock, np.sin(t))
+            node.push(name, clock, np.sin(t))
+        states.append(watch.report(node).learning)
+    assert [learning.state for learning in states[:20]] == ["learning"] * 20
+    assert states[-1].state == "starved"
+    assert "yaw rate, whose stamps are 36" in states[-1].why
+
+
+def test_batches_without_evidence_starve_the_learner_by_the_data_s_time() -> None:
+    """A zigzag in water that moves the vehicle as much as its torque does, as `incsvr fit` refuses it."""
+    mission = play(Mission("zigzag", "rov", 130, duration=600.0))
+    recording, signals = mission.recording, signals_for([mission.recording], mission.inertia, RATE_LIMIT)
+    samples, _ = samples_of(recording, signals, None)
+    node = LearnerNode(scaled_config(configured(), recording, signals, learner_for(samples)), boot="b")
+    watch = HealthWatch(node.config.health, started=1000.0, clock=lambda: 1000.0)
+    states = []
+    for begin in np.arange(0.0, 600.0, 5.0):
+        for name in ("yaw_rate", "torque"):
+            t, value = recording.streams()[name]
+            part = (t >= begin) & (t < begin + 5.0)
+            watch.add_values(name, t[part], value[part])
+            node.push(name, t[part], value[part])
+        while node.learn() is not None:
+            pass
+        states.append(watch.report(node))
+    assert node.served.iteration == 0
+    assert [health.learning.state for health in states[:20]] == ["learning"] * 20
+    last = states[-1]
+    assert (last.learning.state, last.learning.since < 30.0) == ("starved", True)
+    assert last.learning.why.startswith("the torque caused")
+    assert "drive steps of torque to both sides" in last.learning.why
+    assert sum("the torque caused" in reason for reason in last.reasons) == 1
