@@ -23,6 +23,10 @@ from incsvr.signals import TORQUE, YAW_RATE, raw
 from incsvr.signals.known_instants import known_at
 from incsvr.signals.samples import Samples
 
+SURFACE_DOUBTS = 2.0
+"""Standard deviations of the surface beyond those of the usual curve that it may be off at a sample, and nobody's
+fault."""
+
 
 def by_itself(settings: Settings, fastest: Array, known: Samples, batch: Samples, noise: Noise) -> Samples:
     """A batch of n ≥ 1 samples without the terms of the drag that do not damp the own velocity; as it is over one.
@@ -48,12 +52,14 @@ def by_itself(settings: Settings, fastest: Array, known: Samples, batch: Samples
 def as_one_curve(model: Model, batch: Samples) -> Samples:
     """A batch as it would be were the other velocities as usual, by a trained model over several.
 
-    What a sample is off counts in its own doubt, and where nothing was driven it says nothing: one curve that is sure
-    of itself would hold it against the sensors that the surface has still to learn.
+    Of what a sample is off, that counts which the surface's own doubt there does not make, and where nothing was driven
+    it says nothing: one curve that is sure of itself would hold it against the sensors that the surface has still to
+    learn. What is far beyond the doubt stays whole, so that damping which has doubled is seen as such at every rate.
     """
     there, usual = model.at(batch), model.predict(batch.yaw_rate)
-    share = np.where(there.extrapolated, 0.0, np.minimum(usual.sigma / there.sigma, 1.0))
-    damping = usual.damping + share * (batch.damping - there.damping)
+    off, more_doubt = batch.damping - there.damping, np.maximum(there.sigma**2 - usual.sigma**2, 0.0)
+    beyond = np.sqrt(np.maximum(off**2 - SURFACE_DOUBTS**2 * more_doubt, 0.0))
+    damping = usual.damping + np.where(there.extrapolated, 0.0, np.copysign(beyond, off))
     kept = dict(batch.raw)
     if raw.TORQUE in kept:  # some checks look at what the torque itself does
         kept[raw.TORQUE] = kept[raw.TORQUE] - (batch.damping - damping)

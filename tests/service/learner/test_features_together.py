@@ -144,6 +144,10 @@ def is_validated(outcome: Outcome) -> bool:
 
 
 def change_is_noticed(outcome: Outcome) -> bool:
+    """Whether the policy says it, or, over several velocities, the checks do while learning goes on."""
+    if outcome.host.node.served.model.several is not None:
+        warned = outcome.host.node.current_warnings
+        return warned.change is not None and "changed by +" in warned.change[1] and warned.paused is None
     return any("the damping has changed" in str(report.change) for report in outcome.reports if report.t > CHANGED_S)
 
 
@@ -241,8 +245,8 @@ def test_a_pair(pair: tuple[str, str], session: zenoh.Session, tmp_path: Path) -
         finally:
             outcome.host.close()
         worked += [FEATURES[name][1](outcome) for name in pair if name == "archive"]
-        found = "yes" if all(worked) else "no, taken for a fault"
-        assert all(worked) or pair == ("several velocities", "changes")
+        assert all(worked)
+        found = "yes"
     if pair[0] != pair[1]:
         assert table()[pair] == table()[pair[1], pair[0]] == found
 
