@@ -1,9 +1,9 @@
-"""How long a question to the learner waits while a process beside it traces, and while none does.
+"""How long a question to the learner waits while a process beside it computes, and while that process stands still.
 
 A learner in a process of its own hears Leng's training runs as fast as it takes them; each quarter of the window that
-comes begins a trace. Questions for the damping are asked one after the other; those during which the tracing process
-lived from beginning to end, and those without one, are counted apart; those during which the learner learned are not
-counted.
+comes begins a trace. While a trace lives, its process is let go and stopped in turns, and questions for the damping are
+asked one after the other: what else the machine does is in both kinds of turns. So it is with the process that
+identifies the vehicle of a log for the page. Turns in which the learner learned, or the process ended, do not count.
 
     python -m benchmarks.service.live_queries
 """
@@ -11,62 +11,112 @@ counted.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import psutil
 
 from benchmarks.service.bus import KEYS, PATIENCE_S, Learner, ask, learner, send
-from benchmarks.study import provenance
+from benchmarks.study import begin, options
+from service.recordings.recording import from_streams
+from service.recordings.recording_csv import write
+from service.wire.json_text import json_text
+from simulator.six_degrees import rov, swim
+from viewer.page.identification import Identification
 
 WINDOW_S, PROOF_S = 240.0, 60.0
 """Window and proof of the tracing [s of data]."""
-RUNS = 4
-"""Training runs of Leng that are played, one after the other."""
-MIN_QUESTIONS = 1500
-"""Questions of each kind."""
+DIVE_S = 300.0
+"""Length of the log that is identified [s]."""
+QUESTIONS_A_TURN = 100
+"""Questions that are asked one after the other, beside the process or without it."""
+ROUNDS = 1000
+"""Rounds of the bootstrap over pairs of turns."""
+
+Turns = list[list[list[float]]]
+"""Of each pair of turns the times of the questions beside the process, and of those without it [µs]."""
 
 
-def measure() -> dict[str, Any]:
-    """p50 and p99 of a damping query [µs], with and without a trace beside it."""
-    waited: dict[bool, list[float]] = {True: [], False: []}
-    with learner(**{"tracing.live": "advise", "tracing.window": WINDOW_S, "tracing.proof": PROOF_S}) as subject:
-        for run in range(RUNS):
-            send(subject, 1 + run, later=1000.0 * run)
-            while subject.health().iteration == 0:
-                time.sleep(0.1)
-            began = time.monotonic()
-            while time.monotonic() - began < PATIENCE_S and (run == 0 or _tracing(subject) or not waited[False]):
-                _ask(subject, waited)
-        while len(waited[False]) < MIN_QUESTIONS:
-            _ask(subject, waited)
-    return {
-        "questions": {"tracing": len(waited[True]), "not": len(waited[False])},
-        **{
-            f"p{percent}_us": {
-                name: float(np.percentile(waited[beside], percent))
-                for name, beside in (("tracing", True), ("not", False))
-            }
-            for percent in (50, 99)
-        },
-    }
+def measure(pairs: int) -> dict[str, Any]:
+    """Percentiles of a damping query [µs] with and without each process beside it, and their ratios."""
+    settings = {"tracing.live": "advise", "tracing.window": WINDOW_S, "tracing.proof": PROOF_S}
+    with learner(**settings) as subject, TemporaryDirectory() as folder:
+        runs = iter(range(1, 1000))
+
+        def teach() -> None:
+            run = next(runs)
+            send(subject, run, later=1000.0 * run)
+
+        found = {"trace": summary(_turns(subject, subject.process, teach, pairs))}
+        path, page, rng = Path(folder, "dive.csv"), Identification(), np.random.default_rng(1)
+        write(path, from_streams("dive", swim(rov(rng), DIVE_S, rng)))
+        log = path.read_bytes()
+        try:
+            identify = partial(page.start, path.name, size=len(log))
+            turns = _turns(subject, psutil.Process(), lambda: identify(source=BytesIO(log)), pairs)
+            return found | {"identification": summary(turns)}
+        finally:
+            page.close()
 
 
-def _tracing(subject: Learner) -> bool:
-    """Whether the learner has a process beside it: it starts none but those that trace."""
-    try:
-        return any(child.status() != psutil.STATUS_ZOMBIE for child in subject.process.children())
-    except psutil.NoSuchProcess:  # ended while it was looked at
-        return False
+def summary(turns: Turns) -> dict[str, Any]:
+    """p50 and p99 of both [µs], and the ratio of each with its interval of 95 % by bootstrap over the pairs."""
+    both, random = np.array(turns), np.random.default_rng(1)
+    drawn = random.integers(len(both), size=(ROUNDS, len(both)))
+    found: dict[str, Any] = {"pairs": len(both)}
+    for percent in (50, 99):
+        beside, without = (float(np.percentile(both[:, side], percent)) for side in (0, 1))
+        again = [np.percentile(both[places], percent, axis=(0, 2)) for places in drawn]
+        low, high = np.percentile([one / other for one, other in again], (2.5, 97.5)).tolist()
+        times = {"beside_us": round(beside, 1), "without_us": round(without, 1)}
+        found[f"p{percent}"] = times | {
+            "ratio": round(beside / without, 3),
+            "interval": [round(low, 3), round(high, 3)],
+        }
+    return found
 
 
-def _ask(subject: Learner, waited: dict[bool, list[float]]) -> None:
-    """Fifty questions, counted where nothing was learned meanwhile and a trace was beside all of them, or none."""
-    iteration, before = subject.health().iteration, _tracing(subject)
-    times = [1e6 * ask(subject.session, f"{KEYS.damping}?rate=0.1") for _ in range(50)]
-    if before == _tracing(subject) and subject.health().iteration == iteration:
-        waited[before] += times
+def _turns(subject: Learner, parent: psutil.Process, start: Callable[[], None], pairs: int) -> Turns:
+    """So many pairs of turns beside processes that `start` begins as children of `parent`, one after the other."""
+    turns = Turns()
+    while len(turns) < pairs:
+        start()
+        until = time.monotonic() + PATIENCE_S
+        while (process := _child(subject, parent)) is None and time.monotonic() < until:
+            time.sleep(0.02)
+        while process is not None and len(turns) < pairs:
+            with suppress(psutil.NoSuchProcess):
+                iteration, backwards = subject.health().iteration, len(turns) % 2
+                pair = [_turn(subject, process, go) for go in ((False, True) if backwards else (True, False))]
+                process.resume()
+                if _child(subject, parent) == process and subject.health().iteration == iteration:
+                    turns.append(pair[::-1] if backwards else pair)
+            process = _child(subject, parent)
+    return turns
+
+
+def _turn(subject: Learner, process: psutil.Process, go: bool) -> list[float]:
+    """How long questions take [µs] while the process is let go, or stopped."""
+    (process.resume if go else process.suspend)()
+    return [1e6 * ask(subject.session, f"{KEYS.damping}?rate=0.1") for _ in range(QUESTIONS_A_TURN)]
+
+
+def _child(subject: Learner, parent: psutil.Process) -> psutil.Process | None:
+    """The process that computes beside the learner."""
+    for child in parent.children():
+        with suppress(psutil.NoSuchProcess):  # ended while it was looked at
+            if child != subject.process and child.status() != psutil.STATUS_ZOMBIE:
+                return child
+    return None
 
 
 if __name__ == "__main__":
-    print(provenance("python -m benchmarks.service.live_queries") | measure())
+    parser = options("benchmarks.service.live_queries", __doc__, pairs=(200, "pairs of turns beside each process"))
+    given, measured = begin(parser, None, "eclipse-zenoh")
+    print(json_text(measured | measure(given.pairs), indent=1))

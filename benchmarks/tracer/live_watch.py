@@ -18,7 +18,7 @@ from incsvr.numerics import Array, root_mean_square
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
 from service.live.live_tracing import LiveTracing
-from service.live.tracing_job import answer
+from service.live.tracing_answer import answer
 from service.live.tracing_state import TracingState
 from service.recordings.recording import Recording
 from service.wire.json_text import json_text

@@ -4,38 +4,26 @@
 
 It writes `progress.json`, and then `report.html`, `vehicle.yaml` and `result.json` into the folder. Exit status 0 done,
 2 the log cannot answer (one sentence on standard error). It stands back behind everything else on the machine, and is
-bounded in memory, processor time and the size of files. Standard input is a pipe that the page holds: when it closes,
-the page is gone, and so is this process.
+bounded in memory, processor time and the size of files. When the page is gone, so is this process.
 """
 
 from __future__ import annotations
 
-import os
 import sys
-import threading
 from collections.abc import Sequence
-from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.wire.json_text import write_json
+from service.live.background import NO_ANSWER, end_with_the_parent, stand_back
 
-MAX_MEMORY_BYTES = 2 * 1024**3
-"""Address space of the process: five minutes of six axes take a quarter of it."""
 MAX_PROCESSOR_S = 1800
 """Processor time of the process [s]: fifty times as much as five minutes of six axes take."""
-MAX_FILE_BYTES = 64 * 1024**2
-"""Largest file that it writes: a report takes less than one."""
-NO_ANSWER = 2
-"""Exit status where the log cannot answer."""
-FIRST_TO_END = "1000"
-"""The score of the process that Linux ends first when memory runs out."""
 
 
 def main(folder: Path, words: Sequence[str]) -> int:
-    stand_back()
-    threading.Thread(target=_end_with_the_page, daemon=True).start()
+    stand_back(MAX_PROCESSOR_S)
+    end_with_the_parent()
     try:
         _identify(folder, words)
     except BadInput as error:
@@ -47,28 +35,13 @@ def main(folder: Path, words: Sequence[str]) -> int:
     return 0
 
 
-def stand_back() -> None:
-    """Gives this process the lowest priority, and bounds what it takes, as far as the machine knows how."""
-    with suppress(OSError, AttributeError):
-        os.nice(19)
-    with suppress(OSError):
-        Path("/proc/self/oom_score_adj").write_text(FIRST_TO_END, encoding="ascii")
-    try:
-        resource = import_module("resource")
-    except ModuleNotFoundError:  # Windows
-        return
-    bounds = (("AS", MAX_MEMORY_BYTES), ("CPU", MAX_PROCESSOR_S), ("FSIZE", MAX_FILE_BYTES))
-    for name, bound in bounds:
-        with suppress(OSError, ValueError):  # a lower bound is in force already
-            resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (bound, bound))
-
-
 def _identify(folder: Path, words: Sequence[str]) -> None:
     # Loaded within the bounds.
     from service.cli.parser import Parser
     from service.commands import identify
     from service.commands.report_head import REPORT_WRITER, provenance
     from service.config.vehicle_file import write_vehicle
+    from service.wire.json_text import write_json
 
     done = 0
 
@@ -91,13 +64,6 @@ def _identify(folder: Path, words: Sequence[str]) -> None:
     except BadInput as error:  # a vehicle may lack what draws
         no_report = str(error)
     write_json(folder / "result.json", {**found.to_dict(), "notes": list(notes), "no_report": no_report})
-
-
-def _end_with_the_page() -> None:
-    # Not through sys.stdin: its lock, held here, would abort the interpreter at its end.
-    while os.read(0, 1):
-        pass
-    os._exit(1)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -20,12 +21,12 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Streams
+from service.live.background import NO_ANSWER
+from service.live.tracing_job import MAX_PROCESSOR_S
 from service.wire.json_text import write_json
 
 DEADLINE_S = 600.0
 """The time after which a process hangs [s], by the clock on the wall: the slowest trace known took 24."""
-NO_ANSWER = 2
-"""Exit status of a process whose data cannot answer."""
 _MAX_REASON_CHARS = 300
 _work_lock = threading.Lock()
 
@@ -87,6 +88,8 @@ class TracingProcess:
         folder, status = Path(self._folder.name), self.process.poll()
         if status is None:
             raise WorkerDied(f"it was stopped after {self._deadline:g} s")
+        if status < 0 and status == -signal.SIGXCPU:
+            raise WorkerDied(f"it took more than {MAX_PROCESSOR_S} s of processor time")
         if status < 0:
             raise WorkerDied(f"its process was killed by signal {-status}")
         if status > 0:

@@ -36,7 +36,7 @@ def recent_streams(streams: Streams, settings: Tracing, state: TracingState, wor
 
 
 def job(config: Config, state: TracingState, work: Work, newest: float, model: Model) -> dict[str, Any]:
-    """The work that is due at `newest` [s], as `service.live.tracing_job.answer` takes it; `model` is served."""
+    """The work that is due at `newest` [s], as `service.live.tracing_answer.answer` takes it; `model` is served."""
     coupled, smoothing = config.coupled(), config.signals.smoothing
     body = {} if coupled is None else {"body": coupled.to_dict(), "smoothing": smoothing}
     surface = {} if model.several is None else {"surface": model.to_dict()}

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.service import bus, fleet, six_axes, soak
 from benchmarks.service.hold import __main__ as hold
+from benchmarks.service.hold import tracing_kills
 
 
 @pytest.mark.slow
@@ -56,6 +57,16 @@ def test_what_a_learner_survives(capsys: pytest.CaptureFixture[str]) -> None:
     kills, junk = capsys.readouterr().out.splitlines()[-2:]
     assert kills.startswith("| kill -9 at a random moment, and a start | 1 | 0 | 0 |")
     assert junk.startswith("| junk on every key | 50 | 0 | 0 |")
+
+
+@pytest.mark.slow
+def test_a_tracing_process_that_is_killed_costs_nothing(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tracing_kills, "LONGEST_S", 1.0)
+    hold.main(["--only", "tracing", "--part", "0.04"])
+    row = capsys.readouterr().out.splitlines()[-1]
+    assert row.startswith("| the tracing process killed at a random moment | 2 | 0 | 0 |")
 
 
 @pytest.mark.slow

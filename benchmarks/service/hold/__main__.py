@@ -15,6 +15,7 @@ from benchmarks.service.hold.restarts import restarts
 from benchmarks.service.hold.row import Row
 from benchmarks.service.hold.sensors import sensors
 from benchmarks.service.hold.strangers import flood, junk, stopped_client
+from benchmarks.service.hold.tracing_kills import tracing_kills
 from benchmarks.study import begin, options
 
 HEAD = """\
@@ -35,6 +36,7 @@ def _studies(part: float, seed: int) -> dict[str, Callable[[], list[Row]]]:
 
     return {
         "kills": lambda: [kills(of(200), seed)],
+        "tracing": lambda: [tracing_kills(of(50), 3_700_000 + seed)],
         "damages": lambda: damages(of(200), seed),
         "restarts": lambda: restarts(of(50)),
         "junk": lambda: [junk(of(10_000), seed)],

@@ -16,7 +16,7 @@ from incsvr.signals import synchronise
 from service.cli.command_line import main
 from service.commands.other_velocities import coupled_axis
 from service.config.sources import read
-from service.live.tracing_job import answer
+from service.live.tracing_answer import answer
 from service.recordings.recording import of_axis
 from service.recordings.recording_csv import write
 from service.recordings.samples_from_recording import signals_for

@@ -136,7 +136,6 @@ def latest_report(bench: Bench) -> wire.IterationReport:
     return wire.decode(wire.IterationReport, payload)
 
 
-@pytest.mark.slow
 def test_a_process_that_dies_is_a_line_in_the_ledger_and_learning_goes_on(
     start: StartBench, lagging: Recording
 ) -> None:

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import psutil
 import pytest
+from numpy.lib.format import write_array_header_1_0
 
 from incsvr.errors import BadInput
-from service.live.tracing_process import TracingProcess
+from service.live.background import FIRST_TO_END, MAX_FILE_BYTES, MAX_MEMORY_BYTES, NICENESS
+from service.live.tracing_job import MAX_PROCESSOR_S
+from service.live.tracing_process import TracingProcess, WorkerDied
 from service.recordings.recording import Streams
 from simulator import leng
 from tests.hidden import recording
@@ -85,3 +91,45 @@ def test_it_ends_with_the_learner_however_that_ends(child: StartChild) -> None:
     orphan.process.stdin.close()  # so does the system for a process that is killed
     assert orphan.process.wait(PATIENCE) == 1
     assert not folder.exists()
+
+
+@pytest.fixture
+def bounded(child: StartChild) -> TracingProcess:
+    """A trace that has bounded itself: the size of files comes last."""
+    if not hasattr(psutil.Process, "rlimit"):
+        pytest.skip("this system bounds no process")
+    began, until = child(recording(1, 200.0).streams()), time.monotonic() + PATIENCE
+    while psutil.Process(began.process.pid).rlimit(psutil.RLIMIT_FSIZE)[0] != MAX_FILE_BYTES:
+        assert time.monotonic() < until
+    return began
+
+
+def test_it_stands_back_and_is_bounded(bounded: TracingProcess) -> None:
+    process = psutil.Process(bounded.process.pid)
+    assert process.rlimit(psutil.RLIMIT_AS) == (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES)
+    assert process.rlimit(psutil.RLIMIT_CPU) == (MAX_PROCESSOR_S, MAX_PROCESSOR_S)
+    assert process.nice() == min(os.nice(0) + NICENESS, 19)
+    assert Path(f"/proc/{process.pid}/oom_score_adj").read_text().strip() == FIRST_TO_END
+
+
+def test_it_stands_back_before_it_loads_what_takes_long() -> None:
+    program = "import sys, service.live.tracing_job as job; sys.exit(bool({'numpy', 'pydantic'} & {*sys.modules}))"
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+def test_one_that_needs_more_memory_than_its_bound_says_so(tmp_path: Path) -> None:
+    (tmp_path / "job.json").write_text("{}")
+    with ZipFile(tmp_path / "streams.npz", "w") as streams, streams.open("torque/t.npy", "w") as file:
+        shape = {"descr": "<f8", "fortran_order": False, "shape": (MAX_MEMORY_BYTES // 8,)}
+        write_array_header_1_0(file, shape)  # type: ignore[no-untyped-call]
+    words = [sys.executable, "-m", "service.live.tracing_job", str(tmp_path)]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as job:
+        assert job.stderr is not None
+        said = job.stderr.read().decode()
+    assert (job.returncode, said) == (1, "it needs more than 2.1 GB of memory\n")
+
+
+def test_one_that_took_all_its_processor_time_says_so(bounded: TracingProcess) -> None:
+    os.kill(bounded.process.pid, signal.SIGXCPU)  # as the system does at its bound
+    with pytest.raises(WorkerDied, match=r"it took more than 600 s of processor time"):
+        ended(bounded).answer()
