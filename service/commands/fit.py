@@ -23,7 +23,7 @@ from service.commands.declaration import add_sign_argument, judge_declaration
 from service.commands.fit_result import Fit
 from service.commands.fit_text import text
 from service.commands.report_head import REPORT_WRITER, provenance
-from service.config.configuration import Config
+from service.config.configuration import Config, merge, validate
 from service.config.sources import read as read_config
 from service.config.sources import sections
 from service.config.traced_effects import TracedEffects, configured_effects, read_effects
@@ -101,10 +101,11 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     """The axis, what was learned, and the same for programs and for people in the axis's words."""
     if args.write is not None:
         refuse_unwritable(args.write, "--write")
-    over = {} if args.inputs is None else {"learner": {"inputs": args.inputs.split(",")}}
-    if over and args.axis is not None:
-        over |= {"vehicle": {"axis": args.axis}}
-    config = read_config(args.config, over)
+    config = read_config(args.config).of_axis(args.axis)
+    if args.inputs is not None:
+        over = {"learner": {"inputs": args.inputs.split(",")}}
+        over |= {} if args.axis is None else {"vehicle": {"axis": args.axis}}
+        config = validate(merge(config.model_dump(exclude_unset=True), over), {})
     reading = Reading.of(args, config)
     axis = reading.axis
     fit, result, words = _fitted(args, config, reading)

@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
 
 def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
     """The axis, what was found in its words, and the same for programs."""
-    config = read_config(args.config)
+    config = read_config(args.config).of_axis(args.axis)
     reading = replace(Reading.of(args, config), ours_whole=True)
     axis = reading.axis
     found, others, parts = _traced(args, reading, config)

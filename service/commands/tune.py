@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput("give recordings to tune on, or --simulated SEED for the simulated Leng's T1")
     if args.write is not None:
         refuse_unwritable(args.write, "--write")
-    config = read_config(args.config)
+    config = read_config(args.config).of_axis(args.axis)
     if config.further_inputs:
         raise BadInput("the search is over one velocity; leave learner.inputs out of the configuration")
     name, samples, settings, grid, config = (

@@ -174,6 +174,18 @@ class Config(Section):
         learners = (self, *rest)
         return tuple(learner._hearing(learners) for learner in learners)
 
+    def of_axis(self, axis: str | None) -> Config:
+        """The learner of an axis in this process, with the inputs of the first one; this one where none is of it."""
+        if axis in (None, self.vehicle.axis):
+            return self
+        base = self.model_dump(exclude={"also"}, exclude_unset=True)
+        if self.vehicle.mass_matrix is not None:
+            base["vehicle"].pop("inertia", None)  # as in `each`
+        for entry in self.also:
+            if entry.get("vehicle", {}).get("axis") == axis:
+                return validate(merge(base, entry) | {"inputs": self.inputs}, {})
+        return self
+
 
 def check_first_axis(config: Config) -> None:
     """Refuses a vehicle file whose first learner, through which all hear the forms of others, is not that of yaw.

@@ -16,6 +16,7 @@ from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.words import words_of
 from incsvr.tracing.run import Run, check
 from service.cli.command_line import main
+from service.config.sources import read as read_config
 from service.recordings.recording import Recording, of_axis
 from service.recordings.recording_csv import read, write
 from tests.incsvr.test_coriolis import STEP, wandering
@@ -82,6 +83,26 @@ def test_without_an_inertia_it_says_how_to_get_one(files: list[str], capsys: pyt
         assert "--inertia estimate" in told
         assert "vehicle.inertia" in told
         assert "350" not in told
+
+
+def test_fit_of_an_axis_takes_the_settings_of_its_own_learner(files: list[str], tmp_path: Path) -> None:
+    """Of a configuration with a learner an axis, that of the axis, as from a file of its own; written back alike."""
+    sway = {"vehicle": {"axis": "sway", "inertia": 60, "rate_range": [-0.4, 0.4], "rate_limit": 2}}
+    sway |= {"learner": {"gamma": 9.0, "C": 40.0, "epsilon": 1.5}}
+    yaw = {"prefix": "auv/yaw", "vehicle": {"axis": "yaw", "inertia": 12, "rate_range": [-1, 1], "rate_limit": 3}}
+    both, alone = tmp_path / "both.yaml", tmp_path / "alone.yaml"
+    both.write_text(json.dumps(yaw | {"also": [{"prefix": "auv/sway", **sway}]}), encoding="utf-8")
+    alone.write_text(json.dumps(sway), encoding="utf-8")
+    found = {}
+    for config in (both, alone):
+        result, written = tmp_path / f"{config.stem}.json", tmp_path / f"{config.stem}_written.yaml"
+        words = ["--axis", "sway", "--config", str(config), "--json", str(result), "--write", str(written)]
+        assert main(["fit", files[0], *words]) == 0
+        found[config.stem] = json.loads(result.read_text(encoding="utf-8"))
+        again = read_config(written)
+        assert (again.vehicle.axis, again.learner.gamma, again.vehicle.rate_limit) == ("sway", 9.0, 2.0)
+    assert found["both"]["curve"] == found["alone"]["curve"]
+    assert found["both"]["inertia"] == 60.0
 
 
 def test_a_whole_vehicle_is_read_as_one_of_its_axes(tmp_path: Path) -> None:
