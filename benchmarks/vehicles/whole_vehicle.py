@@ -55,12 +55,13 @@ def measured(case: tuple[str, bool]) -> dict[str, Any]:
     }
 
 
-def simulated(case: tuple[str, int, int, float]) -> list[dict[str, Any]]:
+def simulated(case: tuple[str, int, int, float, float]) -> list[dict[str, Any]]:
     """Simulated vehicles of a kind: of each what is known of its parameters."""
-    kind, seed, each, seconds = case
+    kind, seed, each, seconds, speed = case
     rng = np.random.default_rng(seed)
     bodies = [BODIES[kind](rng) for _ in range(each)]
-    logs = swim_together(bodies, seconds, rng)
+    towards = rng.uniform(0.0, 2.0 * np.pi) if speed else 0.0
+    logs = swim_together(bodies, seconds, rng, (speed * np.cos(towards), speed * np.sin(towards)))
     return [known(kind, body, identify(on_grid([log]), validate=False)) for body, log in zip(bodies, logs, strict=True)]
 
 
@@ -134,16 +135,19 @@ def main(words: Sequence[str] | None = None) -> int:
         "benchmarks.vehicles.whole_vehicle", __doc__ or "",
         first_seed=(3_000_000, "seed of the first kind of simulated vehicles; the others' follow"),
         each=(8, "simulated vehicles of each kind"), seconds=(600.0, "length of a simulated dive [s]"),
+        current=(0.0, "speed of the water in which simulated vehicles move [m/s]; its direction is drawn"),
         processes=(2, "processes"),
     )  # fmt: skip
     args, when = begin(parser, words, "pysindy")
-    splits = [(vehicle, flipped) for vehicle in SPLITS for flipped in (False, True) if (MEASURED / vehicle).is_dir()]
-    cases = [(kind, args.first_seed + k, args.each, args.seconds) for k, kind in enumerate(BODIES)]
+    there = [vehicle for vehicle in SPLITS if (MEASURED / vehicle).is_dir() and not args.current]
+    splits = [(vehicle, flipped) for vehicle in there for flipped in (False, True)]
+    cases = [(kind, args.first_seed + k, args.each, args.seconds, args.current) for k, kind in enumerate(BODIES)]
     real = in_processes(measured, splits, "splits", args.processes)
     drawn = [each for kind in in_processes(simulated, cases, "kinds", args.processes) for each in kind]
     made = f"Made by `{when['command']}` on {when['date']}, {when['processor']}."
     words_of_page = text(real, drawn, made)
-    (args.out / "whole_vehicle.md").write_text(words_of_page, encoding="utf-8")
+    name = "whole_vehicle_in_current.md" if args.current else "whole_vehicle.md"
+    (args.out / name).write_text(words_of_page, encoding="utf-8")
     print(words_of_page, end="")
     return 0
 
