@@ -49,15 +49,16 @@ MEASURED_LOST = 0.5
 """Part of the thrust that is lost in a measured log."""
 
 
-def examine(case: tuple[str, int]) -> Record:
-    """One case of a group."""
-    group, seed = case
+def examine(case: tuple[str, int, float]) -> Record:
+    """One case of a group, with a controller of this rate [Hz] where it is a mission."""
+    group, seed, control_rate = case
     began = time.process_time()
-    record = {"fault": _fault, "quiet": _quiet, **dict.fromkeys(MEASURED_VEHICLES, _measured)}[group](group, seed)
+    missions = {"fault": _fault, "quiet": _quiet}
+    record = missions[group](seed, control_rate) if group in missions else _measured(group, seed)
     return {"group": group, "seed": seed, **record, "seconds": round(time.process_time() - began, 1)}
 
 
-def _fault(_group: str, seed: int) -> Record:
+def _fault(seed: int, control_rate: float) -> Record:
     random = np.random.default_rng([seed, *b"thrust"])
     vehicle, thruster = VEHICLES[seed % 2], ("half", "none")[seed // 2 % 2]
     kind, lost = str(random.choice(FAULT_KINDS)), LOST[thruster]
@@ -70,17 +71,16 @@ def _fault(_group: str, seed: int) -> Record:
     def breaking(sound: Physics) -> Physics:
         return replace(sound, commanded=(*sound.commanded, weak))
 
-    outcome = play(Mission(kind, vehicle, seed, duration=MISSION_S), breaking)
+    outcome = play(Mission(kind, vehicle, seed, duration=MISSION_S, control_rate=control_rate), breaking)
     found = watched(outcome.recording, outcome.inertia)
     about = {"kind": kind, "vehicle": vehicle, "thruster": thruster, "lost": lost, "onset": onset}
     return about | judged(found, outcome.recording, onset, onset + FAULT_S)
 
 
-def _quiet(_group: str, seed: int) -> Record:
+def _quiet(seed: int, control_rate: float) -> Record:
     kind, vehicle = QUIET_KINDS[seed // 2 % len(QUIET_KINDS)], VEHICLES[seed % 2]
     separate = seed % 3 == 0
-    mission = Mission(kind, vehicle, seed, duration=HOUR_S, separate_gyro=separate)
-    outcome = play(mission)
+    outcome = play(Mission(kind, vehicle, seed, duration=HOUR_S, separate_gyro=separate, control_rate=control_rate))
     found = watched(outcome.recording, outcome.inertia)
     return {"kind": kind, "vehicle": vehicle, "separate_gyro": separate, "false": [_plain(each) for each in found]}
 
@@ -208,13 +208,19 @@ def main(words: list[str] | None = None) -> int:
         "benchmarks.learner.thrust_faults", __doc__,
         faults=(20, "missions with a fault"), quiet=(40, "quiet hours"), measured=(5, "logs of each measured vehicle"),
         first_seed=(3_500_000, "first seed"), processes=(1, "processes"),
+        control_rate=(10.0, "commands a second in the missions; 40 at most, of whole steps of the simulation"),
     )  # fmt: skip
     given, document = begin(parser, words)
     groups = [("fault", given.faults), ("quiet", given.quiet), *((name, given.measured) for name in MEASURED_VEHICLES)]
-    cases = [(group, given.first_seed + 1000 * k + n) for k, (group, count) in enumerate(groups) for n in range(count)]
+    cases = [
+        (group, given.first_seed + 1000 * k + n, given.control_rate)
+        for k, (group, count) in enumerate(groups)
+        for n in range(count)
+    ]
     records = in_processes(examine, cases, "thrust faults", given.processes)
     document |= {"revision": revision(), "records": records}
-    publish(given.out, "thrust_faults", document, report(document))
+    name = "thrust_faults" if given.control_rate == 10.0 else f"thrust_faults_{given.control_rate:g}_hz"
+    publish(given.out, name, document, report(document))
     return 0
 
 

@@ -11,8 +11,12 @@ from incsvr.numerics import Array
 from incsvr.numerics.cell_means import integral_at
 from incsvr.signals.samples import Indices
 
-MIN_CELL_S = 0.1
-"""Length of a cell at least [s]: of quicker commands a cell holds several."""
+MIN_CELL_GYRO_PERIODS = 0.8
+"""Least length of a cell in periods of the gyro, between whose values nothing shows: a jitter of stamps merges no two
+commands. Of quicker commands a cell holds several, and the later ones answer what happens in it."""
+MIN_CELL_S, MAX_MIN_CELL_S = 0.015, 0.1
+"""Bounds on that length [s]: cells that are shorter cost time and tell no more, and commands slower than the longer one
+have cells of their own."""
 MAX_CELL_S = 2.0
 """Length of a cell at most [s]; a longer pause of the torque, or of the yaw rate, is in none."""
 SPIKE_SAMPLES = 3
@@ -47,13 +51,16 @@ class CommandCells:
             held: whether the torque holds until its next value; else it runs on a line between two.
         """
         (stamps, values), (commanded, moments) = rate, torque
-        if stamps.size < 2 or commanded.size < 2:
+        known = stamps[stamps <= until]
+        if known.size < 2 or commanded.size < 2:
             return CommandCells.none()
-        edges = _edges(commanded, after, min(until, float(stamps[-1])))
+        period = float(np.median(np.diff(known)))
+        shortest = min(max(MIN_CELL_GYRO_PERIODS * period, MIN_CELL_S), MAX_MIN_CELL_S)
+        edges = _edges(commanded, after, min(until, float(stamps[-1])), shortest)
         edges = edges[edges >= stamps[0]]
         if edges.size < 2:
             return CommandCells.none()
-        if float(np.median(np.diff(stamps))) * SPIKE_SAMPLES <= MIN_CELL_S:
+        if period * SPIKE_SAMPLES <= min(float(np.median(np.diff(edges))), MAX_MIN_CELL_S):
             beside = np.median(np.lib.stride_tricks.sliding_window_view(values, SPIKE_SAMPLES), axis=1)
             values = np.concatenate((values[:1], beside, values[-1:]))
         at = np.interp(edges, stamps, values)
@@ -88,10 +95,10 @@ class CommandCells:
         return self.end, self.length, self.first, self.last, self.torque
 
 
-def _edges(stamps: Array, after: float, until: float) -> Array:
-    """Stamps at least MIN_CELL_S apart, the first of them `after` itself where there is one."""
+def _edges(stamps: Array, after: float, until: float, shortest: float) -> Array:
+    """Stamps at least `shortest` [s] apart, the first of them `after` itself where there is one."""
     found = [after] if np.isfinite(after) else []
     for stamp in stamps[(stamps > after) & (stamps <= until)].tolist():
-        if not found or stamp - found[-1] >= MIN_CELL_S - 1e-6:
+        if not found or stamp - found[-1] >= shortest - 1e-6:
             found.append(stamp)
     return np.array(found)

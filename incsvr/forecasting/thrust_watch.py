@@ -41,8 +41,9 @@ MIN_ONSET_AGE_S, MAX_ONSET_AGE_S = 20.0, 90.0
 """How long ago an onset is looked for [s]: a single turn tells little of how large a change is."""
 MIN_REFERENCE_S, MIN_REFERENCE_AFTER_S = 120.0, 30.0
 """Time of the data before an onset, at least, and the same after an earlier change [s]."""
-LAGS_CELLS = (1, 2, 4, 8, 16)
-"""Ages up to which what the command was before may still act, in cells."""
+LAGS_CELLS, MIN_LAG_S = (1, 2, 4, 8, 16), 0.1
+"""Ages up to which what the command was before may still act, in cells; of shorter cells as many count as one as last
+MIN_LAG_S [s]."""
 THRUST_CAUSES = slice(3, 5 + len(LAGS_CELLS))
 """Columns of the causes that say what thrust is made of a command: its lags, its asymmetry and its curve."""
 MIN_CELLS = 20
@@ -169,7 +170,9 @@ def _errors(cells: CommandCells, damping: Array, slope: Array, inertia: float) -
     gain = -np.expm1(-slope * cells.length / inertia) / slope
     error = (cells.last - cells.first) / gain - cells.torque + damping
     torque, size = cells.torque, np.abs(cells.torque)
-    late = [np.concatenate((np.full(min(lag, torque.size), torque[0]), torque[:-lag])) for lag in LAGS_CELLS]
+    several = max(round(MIN_LAG_S / float(np.median(cells.length))), 1)
+    lags = [min(several * lag, torque.size) for lag in LAGS_CELLS]
+    late = [np.concatenate((np.full(lag, torque[0]), torque[:-lag])) for lag in lags]
     steps = [now - before for now, before in pairwise((torque, *late))]
     known = (-torque, -damping, np.ones(len(cells)), *steps, size, size * torque)
     return error, np.column_stack((*known, _near_knots(cells.first)))

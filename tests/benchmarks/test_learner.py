@@ -45,7 +45,7 @@ def test_lost_thrust_is_judged_by_when_it_was_told(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(thrust_faults, "MIN_ONSET_S", 220.0)
     monkeypatch.setattr(thrust_faults, "MAX_ONSET_S", 225.0)
     monkeypatch.setattr(thrust_faults, "FAULT_KINDS", ("rate_control",))
-    record = thrust_faults.examine(("fault", 3))
+    record = thrust_faults.examine(("fault", 3, 10.0))
     assert (record["vehicle"], record["thruster"], record["told"], record["before"]) == ("auv", "none", True, [])
     assert record["after"] <= 70.0
     page = thrust_faults.report({"command": "", "date": "", "revision": "", "records": [record]})

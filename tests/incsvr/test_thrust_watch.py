@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,25 +26,29 @@ def sailed(
     thrust: Callable[[float], float] = lambda _: 1.0,
     damping: Callable[[float], float] = lambda _: 1.0,
     moment: Callable[[float], float] = lambda _: 0.0,
+    hold: int = HOLD,
+    gain: float = 34.0,
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Rate and command of a vehicle under rate control in moving water, whose thrust and damping are scaled in time."""
+    """Rate and command of a vehicle under rate control in moving water, whose thrust and damping are scaled in time;
+    each command holds for so many steps, and the controller answers the rate with this gain [N m s/rad]."""
     random = np.random.default_rng(3)
-    beats = round(END_S / (STEP * HOLD))
-    wish = np.repeat(random.uniform(-0.4, 0.4, beats // 80 + 1), 80)[:beats]
-    noise, kicks = 0.002 * random.standard_normal(beats), 0.3 * random.standard_normal(beats * HOLD)
+    beats = round(END_S / (STEP * hold))
+    turn = round(8.0 / (STEP * hold))
+    wish = np.repeat(random.uniform(-0.4, 0.4, beats // turn + 1), turn)[:beats]
+    noise, kicks = 0.002 * random.standard_normal(beats), 0.3 * random.standard_normal(beats * hold)
     rates, commands = np.empty(beats), np.empty(beats)
     rate, water, total = 0.0, 0.0, 0.0
     for beat in range(beats):
         rates[beat] = rate + noise[beat]
         error = wish[beat] - rates[beat]
-        total += 12.0 * error * STEP * HOLD
-        commands[beat] = 34.0 * error + total
-        now = beat * HOLD * STEP
-        for k in range(HOLD):
-            water += -0.5 * STEP * water + STEP**0.5 * kicks[beat * HOLD + k]
+        total += 12.0 * error * STEP * hold
+        commands[beat] = gain * error + total
+        now = beat * hold * STEP
+        for k in range(hold):
+            water += -0.5 * STEP * water + STEP**0.5 * kicks[beat * hold + k]
             acts = thrust(now) * commands[beat] + water + moment(now)
             rate += STEP / INERTIA * (acts - damping(now) * rate * (9.0 + 26.0 * abs(rate)))
-    time: Array = HOLD * STEP * np.arange(beats, dtype=np.float64)
+    time: Array = hold * STEP * np.arange(beats, dtype=np.float64)
     return (time, rates), (time, commands)
 
 
@@ -73,6 +78,14 @@ def test_thrust_that_is_lost_is_told_within_a_minute_and_so_is_its_return() -> N
     assert back.seen - (ONSET_S + FAULT_S) <= 60.0
 
 
+def test_of_quick_commands_the_loss_is_told_whole() -> None:
+    """Forty commands a second of a quick controller: within 0.1 s the later ones answer what the first left over."""
+    lost, *_ = found(*sailed(thrust=lost_for_a_while, hold=1, gain=15.0 * INERTIA))
+    assert lost.seen - ONSET_S <= 60.0
+    assert lost.level[0] == pytest.approx(0.5, abs=0.08)
+    assert found(*sailed(hold=1, gain=15.0 * INERTIA)) == []
+
+
 @pytest.mark.parametrize(
     "other",
     [
@@ -83,7 +96,7 @@ def test_thrust_that_is_lost_is_told_within_a_minute_and_so_is_its_return() -> N
     ],
     ids=["nothing", "damping", "moment", "more thrust"],
 )
-def test_what_is_no_loss_of_thrust_is_not_told(other: dict[str, Callable[[float], float]]) -> None:
+def test_what_is_no_loss_of_thrust_is_not_told(other: dict[str, Any]) -> None:
     assert found(*sailed(**other)) == []
 
 
@@ -106,6 +119,16 @@ def test_cells_are_the_same_piece_by_piece_and_span_no_pause() -> None:
     kept = (rate[0] < 20.0) | (rate[0] > 30.0)
     paused = CommandCells.of((rate[0][kept], rate[1][kept]), torque, -np.inf, 60.0, held=True)
     assert not np.any((paused.end > 20.2) & (paused.end < 29.8))
+
+
+@pytest.mark.parametrize("period", [0.02, 0.05, 0.1])
+def test_each_command_has_a_cell_also_where_stamps_jitter(period: float) -> None:
+    time: Array = period * (np.arange(200) + np.random.default_rng(5).uniform(-0.08, 0.08, 200))
+    cells = CommandCells.of((time, np.sin(time)), (time, np.cos(time)), -np.inf, np.inf, held=True)
+    np.testing.assert_allclose(cells.torque, np.cos(time[:-1]))
+    seldom: Array = np.arange(0.0, time[-1], 0.1)
+    cells = CommandCells.of((seldom, np.sin(seldom)), (time, np.cos(time)), -np.inf, np.inf, held=True)
+    assert float(cells.length.min()) > 0.07  # between two values of the gyro nothing shows
 
 
 def test_noise_is_whitened_as_its_recursion_says_and_found_again() -> None:
