@@ -1,10 +1,11 @@
 """The torque that drives a planned yaw rate: the model with its effects, solved for the command.
 
-    a = (I₀ + ΔI) ṙ + f d(r) + Σ θ_k φ_k,    τ = T⁻¹(a)
+    a = (I₀ + ΔI) ṙ + b + f d(r) + Σ θ_k φ_k,    τ = T⁻¹(a)
 
-The moment a that the thrust must make follows from the plan. The stages of the actuators are undone from thrust to
-command, each by the `command` of its class in the catalogue: a lag by lead, a limit as far as it goes. A delay is
-undone by sending the command earlier, which only the sender can do.
+The moment a that the thrust must make follows from the plan; b is what a body's other velocities and its attitude take
+of it. The stages of the actuators are undone from thrust to command, each by the `command` of its class in the
+catalogue: a lag by lead, a limit as far as it goes. A delay is undone by sending the command earlier, which only the
+sender can do.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from incsvr.compensation.effects_in_force import HEADING_CHANNEL, HEADING_EFFECT
 from incsvr.effects import Effect, Signals, Term, candidates
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.axes import stream_of
+from incsvr.plant.body import Coupled
 from incsvr.plant.words import YAW_WORDS, AxisWords
 
 MAX_PLAN_STEP_S = 0.1
@@ -84,8 +87,9 @@ class Feedforward:
     Attributes:
         time: (n,) [s].
         torque, low, high: (n,) the command, and its interval of 95 % [N m].
-        inertia_part, damping_part: (n,) what the declared inertia and the damping take of it [N m].
-        effects: what each effect takes of it, (n,) each; with the two above they add up to it.
+        inertia_part, body_part, damping_part: (n,) what the declared inertia, the body's other velocities with its
+            attitude, and the damping take of it [N m].
+        effects: what each effect takes of it, (n,) each; with the three above they add up to it.
         lead: by how much the command must be sent earlier [s].
         remarks: sentences about what the torque cannot do.
     """
@@ -95,6 +99,7 @@ class Feedforward:
     low: Array
     high: Array
     inertia_part: Array
+    body_part: Array
     damping_part: Array
     effects: Mapping[str, Array]
     lead: float
@@ -108,8 +113,8 @@ class Feedforward:
 
         return Feedforward(
             time, there(self.torque), there(self.low), there(self.high), there(self.inertia_part),
-            there(self.damping_part), {name: there(each) for name, each in self.effects.items()}, self.lead,
-            self.remarks,
+            there(self.body_part), there(self.damping_part),
+            {name: there(each) for name, each in self.effects.items()}, self.lead, self.remarks,
         )  # fmt: skip
 
 
@@ -120,6 +125,7 @@ def feedforward(
     inertia: float,
     compensation: Compensation | None = None,
     words: AxisWords = YAW_WORDS,
+    coupled: Coupled | None = None,
 ) -> Feedforward:
     """The torque that drives a plan.
 
@@ -129,15 +135,18 @@ def feedforward(
         inertia: I₀, as declared [kg m²].
         compensation: the effects in force, of which the damping was freed.
         words: what remarks call the quantities of the axis.
+        coupled: the axis in its body, whose velocities and angles the plan holds in its channels; None takes it by
+            itself.
     """
     inertial = inertia * plan.acceleration
+    body = np.zeros(plan.time.size) if coupled is None else _body_torque(coupled, plan)
     half = NORMAL_95_DEVIATIONS * sigma
     if compensation is None:
-        moment = inertial + damping
-        return Feedforward(plan.time, moment, moment - half, moment + half, inertial, damping, {}, 0.0, ())
+        moment = inertial + body + damping
+        return Feedforward(plan.time, moment, moment - half, moment + half, inertial, body, damping, {}, 0.0, ())
     pairs, remarks = _usable(compensation, plan)
     seen = _signals(plan, compensation)
-    moment, parts = _moment(pairs, plan, seen, inertial, damping)
+    moment, parts = _moment(pairs, plan, seen, inertial + body, damping)
     stages = sorted((pair for pair in pairs if pair[0].acts == "thrust"), key=lambda pair: -pair[0].stage)
     torque, taken, short = _command(stages, seen, moment, words)
     ends = [torque, *(_command(stages, seen, moment + side, words)[0] for side in (-half, half))]
@@ -147,9 +156,19 @@ def feedforward(
             f"send each {words.effort} {compensation.delay:.3g} s before its time: the thrust is so much later"
         )
     return Feedforward(
-        plan.time, torque, np.minimum.reduce(ends), np.maximum.reduce(ends), inertial, damping, parts | taken,
-        max(compensation.delay, 0.0), tuple(remarks),
+        plan.time, torque, np.minimum.reduce(ends), np.maximum.reduce(ends), inertial, body, damping,
+        parts | taken, max(compensation.delay, 0.0), tuple(remarks),
     )  # fmt: skip
+
+
+def _body_torque(coupled: Coupled, plan: Plan) -> Array:
+    """(n,) what a body's other velocities and its attitude take along a plan [N m]."""
+    motion = {}
+    for name in coupled.velocities:
+        values = plan.channels[stream_of(coupled.axis, name)]
+        motion[name] = values, np.gradient(values, plan.time) if values.size > 1 else np.zeros(1)
+    parts = coupled.parts(plan.rate, motion, {name: plan.channels[name] for name in coupled.angles})
+    return np.asarray(np.sum(list(parts.values()), axis=0))
 
 
 def plan_words(plan: Plan, where: NDArray[np.bool_]) -> str:

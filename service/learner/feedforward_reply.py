@@ -9,16 +9,11 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.prediction import Prediction
 from incsvr.numerics import Array
+from incsvr.signals.streams import JUMP_S
 from service import wire
-from service.learner.damping_query import MAX_RATE, DampingQuery
+from service.learner.damping_query import MAX_RATE
 from service.learner.node import LearnerNode
 from service.learner.published import ServedModel, check_trained
-
-NOT_IN_A_BODY = (
-    "what the body's other velocities and its attitude take (vehicle.mass_matrix, vehicle.weight) is not in this "
-    "{effort}"
-)
-"""A template of `AxisWords`."""
 
 
 def feedforward_reply(
@@ -33,26 +28,33 @@ def feedforward_reply(
 
     Raises:
         NothingLearned: ask again later.
-        BadInput: the plan is none.
+        BadInput: the plan is none, or a velocity that it needs is neither planned nor measured.
     """
     # Loaded where it is needed alone: it brings the catalogue of effects with it.
     from incsvr.compensation.feedforward import Plan, feedforward, plan_words
 
     served, compensation = node.served, node.batches.compensation
     check_trained(served.model)
+    coupled = node.config.coupled()
     channels = {velocities.get(name, name): np.array(values) for name, values in asked.channels.items()}
+    needed = dict.fromkeys((*node.config.further_inputs, *(() if coupled is None else coupled.streams)))
+    held = {name: _present(node, name) for name in needed if name not in channels}
+    channels |= {name: np.full(len(asked.t), value) for name, value in held.items()}
     acceleration = None if asked.acceleration is None else np.array(asked.acceleration)
     plan = Plan.of(np.array(asked.t), np.array(asked.rate), acceleration, channels)
     if not np.abs(plan.rate).max() <= MAX_RATE:
         unit = node.words.rate_unit
         raise BadInput(f"a rate beyond {MAX_RATE:g} {unit} is planned; plan in {unit}")
     learned = _prediction(served, plan.rate, plan.channels)
-    found = feedforward(plan, learned.damping, learned.sigma, node.config.vehicle.inertia, compensation, node.words)
-    remarks = list(found.remarks)
+    found = feedforward(
+        plan, learned.damping, learned.sigma, node.config.vehicle.inertia, compensation, node.words, coupled
+    )
+    remarks = [f"{name} is not planned: it is held at {value:.3g}, as last measured" for name, value in held.items()]
+    remarks += found.remarks
     if learned.extrapolated.any():
         remarks.append(f"{plan_words(plan, learned.extrapolated)}: the damping there is not learned but extrapolated")
-    if node.config.coupled() is not None:
-        remarks.append(node.words.fill(NOT_IN_A_BODY))
+    if coupled is not None and coupled.missing:
+        remarks.append(f"{', '.join(coupled.missing)}: taken for zero, as in what is learned, because nothing sends it")
     there = found.at(np.array(asked.t))
     return wire.FeedforwardReply(
         t=asked.t,
@@ -60,8 +62,9 @@ def feedforward_reply(
         low=tuple(there.low.tolist()),
         high=tuple(there.high.tolist()),
         inertia_part=tuple(there.inertia_part.tolist()),
+        body_part=tuple(there.body_part.tolist()),
         damping_part=tuple(there.damping_part.tolist()),
-        effects_part=tuple((there.torque - there.inertia_part - there.damping_part).tolist()),
+        effects_part=tuple((there.torque - there.inertia_part - there.body_part - there.damping_part).tolist()),
         effects={name: tuple(values.tolist()) for name, values in there.effects.items()},
         lead_s=there.lead,
         told=tuple(remarks),
@@ -70,10 +73,24 @@ def feedforward_reply(
     )
 
 
+def _present(node: LearnerNode, name: str) -> float:
+    """The last measured value of a velocity or an angle that is not planned.
+
+    Raises:
+        BadInput: there is none.
+    """
+    value = node.stand_in.newest_value(name)
+    if value is None:
+        raise BadInput(
+            f"{name} is neither planned nor has it arrived for {JUMP_S:g} s; plan it in channels, or ask again when it "
+            "arrives"
+        )
+    return value
+
+
 def _prediction(served: ServedModel, rate: Array, channels: Mapping[str, Array]) -> Prediction:
-    """The model along a plan; of a further velocity that is not planned as is usual where it learned."""
+    """The model along a plan."""
     several = served.model.several
     if several is None:
         return served.model.predict(rate)
-    others = {name: tuple(channels[name].tolist()) for name in several.others if name in channels}
-    return served.model.over(np.column_stack(DampingQuery(tuple(rate.tolist()), others).columns(served.model)))
+    return served.model.over(np.column_stack([rate, *(channels[name] for name in several.others)]))

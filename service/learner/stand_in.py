@@ -147,6 +147,13 @@ class StandIn:
         profile = start.time + t, torque
         return self._ahead(model, smoothing, start, profile, start.time + at, newest, past)
 
+    def newest_value(self, channel: str) -> float | None:
+        """The newest value of a channel; None where none came within JUMP_S of the newest torque."""
+        (stamps, values), torque = self._stream(channel), self._stream(TORQUE)[0]
+        if not stamps.size or (torque.size and torque[-1] - stamps[-1] > JUMP_S):
+            return None
+        return float(values[-1])
+
     def to_dict(self) -> dict[str, Any]:
         return self.experience.to_dict()
 

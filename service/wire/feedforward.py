@@ -18,7 +18,7 @@ class FeedforwardQuery(Form):
     t: Profile  # s from any origin, increasing
     rate: Profile  # rad/s
     acceleration: Profile | None = None  # rad/s²; None: the slope of the rate
-    channels: dict[str, Profile] = Field(default={})  # further channels that effects or damping read
+    channels: dict[str, Profile] = Field(default={})  # further channels that effects, damping or the body read
 
 
 class FeedforwardReply(Form):
@@ -29,6 +29,7 @@ class FeedforwardReply(Form):
     low: Numbers
     high: Numbers
     inertia_part: Numbers  # of the declared inertia
+    body_part: Numbers  # of the body's other velocities and its attitude
     damping_part: Numbers  # of the learned damping
     effects_part: Numbers  # of all effects in force
     effects: dict[str, Numbers]  # of each of them

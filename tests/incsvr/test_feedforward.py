@@ -12,6 +12,9 @@ from incsvr.compensation.feedforward import Feedforward, Plan, feedforward
 from incsvr.effects import Signals, Term
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.axes import YAW
+from incsvr.plant.body import Coupled
+from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.tracing.model import TracedModel
 
 INERTIA, STEP = 24.0, 0.02
@@ -100,6 +103,22 @@ def test_without_effects_it_is_inertia_and_damping_within_the_scatter_of_a_sampl
     assert found.high[0] - found.low[0] == pytest.approx(2.0 * 1.96 * 0.5, rel=1e-4)
     steady = replace(plan, time=np.zeros(1), rate=np.array([0.2]), acceleration=np.zeros(1))
     assert feedforward(steady, drag(steady.rate), np.ones(1), INERTIA).torque[0] == drag(np.array([0.2]))[0]
+
+
+def test_in_a_body_the_other_velocities_and_the_attitude_take_their_part() -> None:
+    mass = np.diag([60.0, 80.0, 75.0, 4.0, 12.0, INERTIA])
+    mass[1, 5] = mass[5, 1] = 3.0
+    body = Coupled(YAW, mass_matrix(mass.ravel().tolist()), ("surge", "sway"))
+    surge, sway = 0.5 + 0.1 * np.cos(0.2 * TIME), 0.2 * np.sin(0.3 * TIME)
+    plan = Plan.of(TIME, RATE, None, {"surge": surge, "sway": sway})
+    bias = Compensation.of(model(Term("bias_torque", "", (2.0,))))
+    found = feedforward(plan, drag(plan.rate), np.full(TIME.size, 0.5), INERTIA, bias, coupled=body)
+    # N of Fossen (2011), Eq. 6.50, by hand: (Y_v̇ − X_u̇) u v + Y_ṙ (v̇ + u r)
+    taken = 20.0 * surge * sway + 3.0 * (0.06 * np.cos(0.3 * TIME) + surge * RATE)
+    np.testing.assert_allclose(found.body_part[5:-5], taken[5:-5], atol=1e-3)
+    by_itself = answered(Term("bias_torque", "", (2.0,)), surge=surge, sway=sway)
+    np.testing.assert_allclose(found.torque - by_itself.torque, found.body_part, atol=1e-9)
+    assert np.ptp(found.body_part) > 2.0
 
 
 @pytest.mark.parametrize(

@@ -118,11 +118,22 @@ def has_coriolis(outcome: Outcome) -> bool:
 
 
 def drives_a_plan(outcome: Outcome) -> bool:
-    """Whether the parts of the answer add up to its torque, and it says what it leaves out."""
-    plan = wire.FeedforwardQuery(t=(0.0, 5.0), rate=(0.0, 0.2))
-    reply = feedforward_reply(outcome.host.node, plan, {})
-    parts = np.array(reply.inertia_part) + reply.damping_part + reply.effects_part
-    return bool(np.allclose(reply.torque, parts)) and np.ptp(reply.torque) > 0.0
+    """Whether the parts of the answer add up to its torque, with what planned velocities of the body take of it, and it
+    says at which values it holds those that are not planned."""
+    config, plan = outcome.host.node.config, wire.FeedforwardQuery(t=(0.0, 5.0), rate=(0.0, 0.2))
+    body = config.coupled()
+    needs = {*config.further_inputs, *(() if body is None else body.streams)}
+    held = feedforward_reply(outcome.host.node, plan, {})
+    planned = plan.model_copy(update={"channels": {"surge": (0.5, 0.5), "sway": (0.4, 0.4)}})
+    reply = feedforward_reply(outcome.host.node, planned, {})
+    parts = np.sum([reply.inertia_part, reply.body_part, reply.damping_part, reply.effects_part], axis=0)
+    taken = 0.0 if body is None else (MASS[1] - MASS[0]) * 0.5 * 0.4
+    return (
+        np.allclose(reply.torque, parts)
+        and np.allclose(reply.body_part, taken)
+        and {said.split()[0] for said in held.told if "held at" in said} == needs
+        and (held.torque == reply.torque) == (not needs)
+    )
 
 
 def is_exported(outcome: Outcome) -> bool:

@@ -8,9 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from incsvr.errors import BadInput
 from service import wire
+from service.learner.feedforward_reply import feedforward_reply
+from service.learner.node import LearnerNode
 from tests.hidden import BIAS, LAG, recording, write_trace
-from tests.service.conftest import PATIENCE, Bench, StartBench, Taught
+from tests.service.conftest import PATIENCE, Bench, StartBench, Taught, configured
+from tests.whole_vehicle import MASS as BODY_MASS
+from tests.whole_vehicle import whole_vehicle
 
 PLAN = {"t": [0.0, 10.0, 20.0], "rate": [0.0, 0.1, 0.1]}
 
@@ -47,8 +52,35 @@ def test_effects_in_force_are_in_it(start: StartBench, tmp_path: Path) -> None:
     halfway = asked(bench, {"t": [0.0, 5.0, 10.0], "rate": [0.0, 0.05, 0.1]})
     steady = float(model.predict(0.05).damping[0]) - BIAS
     assert halfway.torque[1] == pytest.approx(rising + steady, abs=1.0)
-    parts = np.array(halfway.inertia_part) + halfway.damping_part + halfway.effects_part
+    parts = np.array(halfway.inertia_part) + halfway.body_part + halfway.damping_part + halfway.effects_part
     np.testing.assert_allclose(parts, halfway.torque, atol=1e-9)
+
+
+def test_in_a_body_the_torque_of_a_measured_motion_is_the_measured_one() -> None:
+    run, last = whole_vehicle(910_001, 2400), 2000
+    config = configured(
+        vehicle__name="rov", vehicle__mass_matrix=BODY_MASS.tolist(), vehicle__rate_limit=5.0,
+        vehicle__rate_range=(-1.0, 1.0), learner__batch=20, learner__epsilon=0.5, signals__torque="measured",
+        signals__channels=("surge", "sway"),
+    )  # fmt: skip
+    node = LearnerNode(config, boot="")
+    for name, (t, value) in run.streams().items():
+        node.push(name, t[:last], value[:last])
+    while node.learn() is not None:
+        pass
+    at, unseen = tuple(run.time[last:].tolist()), {name: values[last:] for name, values in run.columns.items()}
+    others = {name: tuple(unseen[name].tolist()) for name in ("surge", "sway")}
+    plan = wire.FeedforwardQuery(t=at, rate=tuple(unseen["yaw_rate"].tolist()), channels=others)
+    found = feedforward_reply(node, plan, {})
+    error = np.array(found.torque) - unseen["torque"]
+    assert np.std(error) < 0.4 * np.std(error - found.body_part)
+    assert not any("held" in sentence for sentence in found.told)
+    # What is not planned is held as it was measured last, and refused once it is no more measured.
+    held = feedforward_reply(node, plan.model_copy(update={"channels": {"sway": others["sway"]}}), {})
+    assert f"surge is not planned: it is held at {run.columns['surge'][last - 1]:.3g}, as last measured" in held.told
+    node.push("torque", run.time[last - 1 :][:1] + 11.0, np.zeros(1))
+    with pytest.raises(BadInput, match="surge is neither planned nor has it arrived for 10 s"):
+        feedforward_reply(node, wire.FeedforwardQuery(t=at[:2], rate=(0.0, 0.1)), {})
 
 
 @pytest.mark.parametrize(
