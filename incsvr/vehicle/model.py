@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.vehicle.motion import WholeMotion
@@ -117,30 +116,16 @@ class Vehicle:
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Vehicle:
-        """The vehicle whose to_dict gave `data`.
-
-        Raises:
-            BadInput: naming what is missing or wrong.
-        """
-        if data.get("vehicle_file") != 1:
-            raise BadInput(
-                "this is no vehicle file: its first line must be vehicle_file: 1 (`incsvr identify --vehicle`)"
-            )
-        try:
-            terms = {
-                _term(axis, name): Parameter.of(parameter)
-                for axis, named in data["terms"].items()
-                for name, parameter in named.items()
-            }
-            mass = {_pair(key): Parameter.of(parameter) for key, parameter in data["mass_matrix"].items()}
-            lags = {str(axis): Parameter.of(parameter) for axis, parameter in data["thrust_lag_s"].items()}
-            fastest = np.array([float(data["fastest"][name]) for name in AXES])
-            axes, driven = _axes(data["axes"]), _axes(data["driven"])
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise BadInput(
-                f"the vehicle file is incomplete or damaged ({error!r}); write it anew with `incsvr identify`"
-            ) from None
-        return Vehicle(str(data["name"]), axes, driven, mass, terms, lags, fastest)
+        """The vehicle whose to_dict gave `data`."""
+        terms = {
+            _term(axis, name): Parameter.of(parameter)
+            for axis, named in data["terms"].items()
+            for name, parameter in named.items()
+        }
+        mass = {_pair(key): Parameter.of(parameter) for key, parameter in data["mass_matrix"].items()}
+        lags = {axis: Parameter.of(parameter) for axis, parameter in data["thrust_lag_s"].items()}
+        fastest = np.array([float(data["fastest"][name]) for name in AXES])
+        return Vehicle(data["name"], _axes(data["axes"]), _axes(data["driven"]), mass, terms, lags, fastest)
 
 
 def mass_unit(one: str, other: str) -> str:
@@ -154,13 +139,9 @@ def _axes(names: Sequence[str]) -> tuple[str, ...]:
 
 def _pair(key: str) -> tuple[str, str]:
     one, _, other = key.partition(",")
-    if one not in AXES or other not in AXES:
-        raise ValueError(f"mass_matrix has no entry {key}")
     return one, other
 
 
 def _term(axis: str, name: str) -> Term:
     kind, _, of = name.partition(":")
-    if axis not in AXES:
-        raise ValueError(f"there is no axis {axis}")
     return Term(axis, kind, tuple(of.split("*")) if of else ())

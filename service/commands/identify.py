@@ -19,6 +19,7 @@ from service.commands.identify_text import text
 from service.commands.other_velocities import MASS_MATRIX_HELP
 from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.sources import read as read_config
+from service.config.vehicle_entries import is_name
 from service.config.vehicle_file import write_vehicle
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
@@ -68,6 +69,8 @@ Began = Callable[[str, int], None]
 
 def answer(args: argparse.Namespace, began: Began = lambda step, count: None) -> tuple[Identified, tuple[str, ...]]:
     """The identified model, and the notes of the readers."""
+    if not is_name(args.name):
+        raise BadInput("--name: give the vehicle a name of one line")
     reading = Reading.of(args, read_config(args.config))
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
     motion = on_grid([run.streams() for run in runs])

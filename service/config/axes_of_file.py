@@ -20,18 +20,17 @@ from incsvr.numerics import Array
 from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.plant.body import Coupled
-from service.config.configuration import Config, merge
-from service.config.vehicle import Vehicle
+from service.config.configuration import Config, merge, validate
 from service.config.vehicle_file import read_values
 
 RATE_LIMIT_FACTOR = 3.0
 """A velocity beyond so many times the fastest one of the file's data is no measurement."""
 MAX_RATE_LIMIT = 50.0
 """The largest rate limit that the configuration takes [rad/s], [m/s]."""
+MAX_TORQUE_LIMIT = 1e7
+"""The largest torque limit that the configuration takes [N m], [N]."""
 EFFORT_LIMIT_FACTOR = 20.0
 """An effort beyond so many times the damping at the fastest velocity is no measurement: one in another unit is."""
-MIN_FASTEST = 1e-6
-"""A velocity that never moved is scaled by this one [m/s], [rad/s]."""
 SLOWEST_DECAY_S = 10.0
 """A damping that was found to be next to nothing counts as one by which the velocity decays in this time [s]."""
 SCALED = ("gamma", "C", "epsilon", "near_rate", "near_damping")
@@ -68,28 +67,23 @@ class FileContent:
             BadInput: it is no vehicle file, or no axis of it has an actuator.
         """
         values = read_values(path)
-        try:
-            mass = np.zeros((6, 6))
-            for pair, entry in values["mass_matrix"].items():
-                row, column = (_place(axis) for axis in pair.split(","))
-                mass[row, column] = mass[column, row] = float(entry["value"])
-            terms = {
-                axis: {name: float(term["value"]) for name, term in of_axis.items()}
-                for axis, of_axis in values["terms"].items()
-            }
-            fastest = {axis: float(values["fastest"][axis]) for axis in AXES}
-            axes = tuple(axis for axis in AXES if axis in values["axes"])
-            learned = tuple(axis for axis in axes if axis in values["driven"])
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise BadInput(
-                f"{path}: the vehicle file is incomplete or damaged ({error!r}); write it anew with `incsvr identify`"
-            ) from None
+        mass = np.zeros((6, 6))
+        for pair, entry in values["mass_matrix"].items():
+            row, column = (_place(axis) for axis in pair.split(","))
+            mass[row, column] = mass[column, row] = float(entry["value"])
+        terms = {
+            axis: {name: float(term["value"]) for name, term in of_axis.items()}
+            for axis, of_axis in values["terms"].items()
+        }
+        fastest = {axis: float(values["fastest"][axis]) for axis in AXES}
+        axes = tuple(axis for axis in AXES if axis in values["axes"])
+        learned = tuple(axis for axis in axes if axis in values["driven"])
         if not learned:
             raise BadInput(
                 f"{path}: no axis of this vehicle has an actuator, so there is no damping to learn; identify it from a "
                 "log that holds the efforts"
             )
-        name = re.sub(r"[^A-Za-z0-9_.-]+", "-", str(values.get("name", "")))[:64] or "vehicle"
+        name = re.sub(r"[^A-Za-z0-9_.-]+", "-", values["name"])[:64]
         return FileContent(name, axes, learned, mass, terms, fastest)
 
     def inertia(self, axis: str) -> float:
@@ -200,7 +194,7 @@ def _differing(entry: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, An
 
 def _learner(vehicle: FileContent, axis: str) -> dict[str, Any]:
     """The settings of the learner of one axis, by the file."""
-    fastest = float(f"{max(vehicle.fastest[axis], MIN_FASTEST):.3g}")
+    fastest = float(f"{vehicle.fastest[axis]:.3g}")
     damping = _largest_damping(vehicle, axis, fastest)
     section = {
         "name": vehicle.name,
@@ -208,11 +202,12 @@ def _learner(vehicle: FileContent, axis: str) -> dict[str, Any]:
         "mass_matrix": vehicle.mass.ravel().tolist(),
         "rate_range": [-fastest, fastest],
         "rate_limit": min(float(f"{RATE_LIMIT_FACTOR * fastest:.3g}"), MAX_RATE_LIMIT),
-        "torque_limit": float(f"{EFFORT_LIMIT_FACTOR * damping:.3g}"),
+        "torque_limit": min(float(f"{EFFORT_LIMIT_FACTOR * damping:.3g}"), MAX_TORQUE_LIMIT),
         **_weights(vehicle, axis),
     }
     recorded = (*(AXES[name].rate for name in vehicle.axes), *ATTITUDE)
-    coupled = Coupled(AXES[axis], vehicle.mass, recorded, Vehicle(**section).restoring)
+    restoring = validate({"vehicle": section}, {}).vehicle.restoring
+    coupled = Coupled(AXES[axis], vehicle.mass, recorded, restoring)
     told = {stream_of(AXES[axis], AXES[name].rate) for name in vehicle.learned}
     settings = scaled_to(fastest, damping)
     return {

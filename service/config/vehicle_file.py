@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from incsvr.errors import BadInput
 from service.config.core_yaml import parse
+from service.config.vehicle_entries import check_entries
 from service.wire.json_text import json_text
 
 if TYPE_CHECKING:
@@ -40,15 +41,11 @@ def read_vehicle(path: Path) -> Vehicle:
     # Loaded where it is needed alone: what identifies vehicles brings 60 MB with it, which no learner needs.
     from incsvr.vehicle import Vehicle
 
-    values = read_values(path)
-    try:
-        return Vehicle.from_dict(values)
-    except BadInput as error:
-        raise BadInput(f"{path}: {error}") from None
+    return Vehicle.from_dict(read_values(path))
 
 
 def read_values(path: Path) -> Mapping[str, Any]:
-    """The plain data in a vehicle file.
+    """The plain data in a vehicle file, checked.
 
     Raises:
         BadInput: naming the file, what is wrong, and the cure.
@@ -64,6 +61,10 @@ def read_values(path: Path) -> Mapping[str, Any]:
     values = parse(text, str(path)).value
     if not isinstance(values, Mapping) or values.get("vehicle_file") != 1:
         raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --vehicle FILE` writes one")
+    try:
+        check_entries(values)
+    except BadInput as error:
+        raise BadInput(f"{path}: {error}") from None
     return values
 
 
@@ -92,4 +93,4 @@ def _plain(value: Any) -> str:
 
 def _text(text: str) -> str:
     """A text as YAML reads it back: bare where it is a plain word, else in quotes."""
-    return text if text.isidentifier() else json_text(text)
+    return text if text.isidentifier() and parse(text, "").value == text else json_text(text)

@@ -101,7 +101,7 @@ def python_module(vehicle: Vehicle) -> str:
              for term, p in vehicle.terms.items()]  # fmt: skip
     names = list(AXES)
     return _MODULE.format(
-        name=vehicle.name,
+        name=vehicle.name.replace("\\", "\\\\").replace('"', '\\"'),
         axes=names,
         rows=structure.rows,
         mass=vehicle.mass_matrix.tolist(),

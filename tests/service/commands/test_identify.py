@@ -94,9 +94,15 @@ def test_it_is_a_call_in_python(dives: Path) -> None:
     assert "5 s ahead: model" in str(found)
 
 
-def test_a_mass_matrix_of_no_numbers_is_refused(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["identify", str(dives / "one.csv"), "--mass-matrix", "a,b"]) == 2
-    assert "six numbers from surge to yaw" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [(["--mass-matrix", "a,b"], "six numbers from surge to yaw"), (["--name", "a\nb"], "a name of one line")],
+)
+def test_a_flag_of_no_use_is_refused(
+    dives: Path, capsys: pytest.CaptureFixture[str], words: list[str], told: str
+) -> None:
+    assert main(["identify", str(dives / "one.csv"), *words]) == 2
+    assert told in capsys.readouterr().err
 
 
 def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from benchmarks.service.six_axes import vehicle_of
 from incsvr.errors import BadInput
@@ -15,7 +17,8 @@ from incsvr.vehicle import Vehicle
 from service.cli.command_line import main
 from service.config.configuration import Config, check_first_axis, check_inertia
 from service.config.sources import read
-from service.config.vehicle_file import write_vehicle
+from service.config.vehicle_file import read_vehicle, write_vehicle
+from service.export.vehicle_class import class_module
 from simulator.six_degrees import BODIES, NAMES
 
 ROV = vehicle_of(BODIES["rov"](np.random.default_rng(61)))
@@ -78,13 +81,66 @@ def test_what_config_show_prints_gives_the_same_again(tmp_path: Path, capsys: py
     assert again.each()[0].prefix == "auv/roll"
 
 
-def test_a_damaged_file_and_one_without_actuators_are_refused(tmp_path: Path) -> None:
+def test_a_file_without_actuators_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="no axis of this vehicle has an actuator"):
         of_file(tmp_path, replace(ROV, driven=()))
-    text = (tmp_path / "vehicle.yaml").read_text(encoding="utf-8").replace("fastest:", "slowest:")
-    (tmp_path / "vehicle.yaml").write_text(text, encoding="utf-8")
-    with pytest.raises(BadInput, match="incomplete or damaged"):
-        read(None, {"vehicle": {"file": str(tmp_path / "vehicle.yaml")}})
+
+
+@pytest.mark.parametrize(
+    ("edit", "told"),
+    [
+        (lambda file: file.pop("fastest"), "fastest: Field required"),
+        (lambda file: file.update(name=None), "name: "),
+        (lambda file: file.update(name="two\nlines"), "a name is one line of text"),
+        (lambda file: file.update(axes=["surge", "up"]), "axes"),
+        (lambda file: file["axes"].remove("surge"), "driven names surge, which is not among axes"),
+        (lambda file: file["fastest"].update(yaw=-1.0), r"fastest\.yaw"),
+        (lambda file: file["fastest"].update(yaw=0.0), r"fastest\.yaw is 0"),
+        (lambda file: file["fastest"].pop("heave"), "fastest lacks heave"),
+        (lambda file: file["mass_matrix"].pop("yaw,yaw"), "mass_matrix needs yaw,yaw above 0"),
+        (lambda file: file["mass_matrix"].update({"yaw,yaw": {"value": -2.0}}), "mass_matrix needs yaw,yaw above 0"),
+        (lambda file: file["mass_matrix"].update({"yaw,yaw": {"value": float("nan")}}), "finite number"),
+        (lambda file: file["mass_matrix"].update({"yaw,yaw": {"value": None}}), r"yaw,yaw\.value"),
+        (lambda file: file["mass_matrix"].update({"sway,yaw": {"value": 1e3}}), "belongs to no body"),
+        (lambda file: file["mass_matrix"].update({"pitch,surge": {"value": 0.1}}), "it is symmetric: keep one"),
+        (lambda file: file["mass_matrix"].update({"yaw,up": {"value": 0.1}}), "mass_matrix has no entry yaw,up"),
+        (lambda file: file["terms"]["yaw"].update(cubic={"value": 1.0}), "yaw has no term cubic"),
+        (lambda file: file["terms"]["yaw"].update({"cross:up": {"value": 1.0}}), "yaw has no term cross:up"),
+        (lambda file: file["terms"]["yaw"].update(righting={"value": 1.0}), "yaw has no term righting"),
+        (lambda file: file["terms"]["yaw"].update(linear={"value": -1.0}), r"terms\.yaw\.linear is negative"),
+        (lambda file: file.update(thrust_lag_s={"yaw": {"value": -0.1}}), r"thrust_lag_s\.yaw\.value"),
+    ],
+)
+def test_a_vehicle_file_that_was_damaged_by_hand_is_refused_with_the_entry(
+    tmp_path: Path, edit: Callable[[dict[str, Any]], object], told: str
+) -> None:
+    file = ROV.to_dict()
+    edit(file)
+    path = tmp_path / "vehicle.yaml"
+    path.write_text(yaml.safe_dump(file), encoding="utf-8")
+    for reading in (lambda: read(None, {"vehicle": {"file": str(path)}}), lambda: read_vehicle(path)):
+        with pytest.raises(BadInput, match=told) as refused:
+            reading()
+        assert str(refused.value).startswith(f"{path}: the vehicle file is incomplete or damaged: ")
+        assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("name", ["null", "true", "5", "Ünter", 'a "quoted" \\ name', "a/b: c # d", '"""'])
+def test_any_name_comes_back_from_a_file_and_its_export_is_python(tmp_path: Path, name: str) -> None:
+    write_vehicle(tmp_path / "vehicle.yaml", replace(BOAT, name=name))
+    again = read_vehicle(tmp_path / "vehicle.yaml")
+    assert again.name == name
+    space: dict[str, Any] = {}
+    exec(class_module(again), space)
+    assert space["Vehicle"]().name == name
+    assert name in space["__doc__"]
+
+
+def test_a_ship_has_limits_that_the_configuration_takes(tmp_path: Path) -> None:
+    ship = ROV.to_dict()
+    for axis in NAMES:
+        ship["terms"][axis]["quadratic"]["value"] = 1e6
+    assert of_file(tmp_path, Vehicle.from_dict(ship)).vehicle.torque_limit == 1e7
 
 
 def test_what_is_no_list_of_learners_is_refused(tmp_path: Path) -> None:
