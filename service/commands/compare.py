@@ -13,10 +13,12 @@ from incsvr.errors import BadInput
 from incsvr.vehicle import Comparison, compare, on_grid
 from incsvr.vehicle.causes import causes
 from incsvr.vehicle.changes import LEVEL, Changes
+from incsvr.vehicle.compare import Value
 from incsvr.vehicle.history import History
 from service.cli.output import add_json_argument, emit, refuse_unwritable
-from service.commands import dive_table
+from service.commands import dive_table, learner_dives
 from service.commands.arguments import add_report_argument
+from service.commands.change_text import change_words, value_line
 from service.commands.identify import declared
 from service.commands.other_velocities import MASS_MATRIX_HELP
 from service.commands.report_head import REPORT_WRITER, provenance
@@ -30,10 +32,16 @@ MAX_LINES = 40
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "dives",
-        nargs="+",
+        nargs="*",
         type=Path,
         metavar="DIVE",
         help="logs of any format, in the order of the dives; or tables of dives, of one vehicle or of a fleet",
+    )
+    parser.add_argument(
+        "--from-learner",
+        action="store_true",
+        help="compare the dives that learners remember: DIVE is then a state directory of `serve` or a file in it "
+        "(default: the directory of the configuration)",
     )
     parser.add_argument("--name", default="vehicle", metavar="NAME", help="what the vehicle is called (vehicle)")
     parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
@@ -46,6 +54,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    if args.from_learner:
+        return _run_on_learners(args)
+    if not args.dives:
+        raise BadInput("give the logs of at least two dives, or --from-learner")
     if any(dive_table.is_dive_table(path) for path in args.dives):
         if args.table is not None:
             refuse_unwritable(args.table, "--table")
@@ -90,6 +102,27 @@ def _made_of(args: argparse.Namespace) -> dict[str, str]:
     return provenance(argparse.Namespace(recordings=args.dives, validate=[]))
 
 
+def _run_on_learners(args: argparse.Namespace) -> int:
+    """Compares the dives that learners remember."""
+    if args.report:
+        raise BadInput("--report needs the logs of one vehicle's dives; of learners, --table writes what was found")
+    if args.table is not None:
+        refuse_unwritable(args.table, "--table")
+    state = read_config(args.config).state
+    paths = args.dives or ([] if state is None else [state])
+    rows, left_out = learner_dives.read(paths)
+    found = learner_dives.history(rows).changes()
+    values = learner_dives.values(rows, found)
+    if args.table is not None:
+        dive_table.write_compared(args.table, dive_table.packages()[0].Table.from_pylist(rows), found)
+    judged = [
+        {**row, "reference": value.reference, "p_value": value.p_value, "changed": value.changed}
+        for row, value in zip(rows, values, strict=True)
+    ]
+    emit(args, {"rows": judged, "left_out": left_out}, learner_dives.text(rows, values, left_out))
+    return 0
+
+
 def _run_on_tables(args: argparse.Namespace) -> int:
     """Compares stored coefficients."""
     for path in args.dives:
@@ -102,7 +135,7 @@ def _run_on_tables(args: argparse.Namespace) -> int:
     if args.table is not None:
         dive_table.write_compared(args.table, table, found)
     rows = _changed_rows(table, history, found)
-    emit(args, {"coefficients": table.num_rows, "changes": rows}, _text_of_tables(table, history, rows))
+    emit(args, {"coefficients": table.num_rows, "changes": rows}, _text_of_tables(rows, history, found))
     return 0
 
 
@@ -120,19 +153,21 @@ def _changed_rows(table: Any, history: History, found: Changes) -> list[dict[str
     ]  # fmt: skip
 
 
-def _text_of_tables(table: Any, history: History, rows: list[dict[str, Any]]) -> str:
+def _text_of_tables(rows: list[dict[str, Any]], history: History, found: Changes) -> str:
     """The changes of a fleet for people."""
-    lines = [
-        f"{row['vehicle']}, {row['dive']}: {row['axis']} {row['quantity']} changed by "
-        f"{100.0 * (row['estimate'] / row['reference'] - 1.0):+.0f} %"
-        for row in rows[:MAX_LINES]
-    ]
+    none = np.full(history.estimate.size, np.nan)
+    tested = (found.reference, found.reference_error, found.p_value, found.changed)
+    columns = (history.estimate, history.error, history.freedom, none, none, *tested)
+    lines = []
+    for row, k in zip(rows[:MAX_LINES], np.flatnonzero(found.changed).tolist(), strict=False):
+        value = Value(*(column[k] for column in columns))
+        lines.append(f"{row['vehicle']}, {row['dive']}: {row['axis']} {row['quantity']} {change_words(value)}")
     if len(rows) > MAX_LINES:
         lines.append(f"and {len(rows) - MAX_LINES} more: --table or --json holds all")
     number = len(history.names[0])
     lines.append(
-        f"{len(rows)} changes in {table.num_rows} coefficients of {number} vehicle{'s' * (number != 1)}. The chance of "
-        f"any false change of one vehicle over all its dives is at most {100.0 * LEVEL:.0f} %."
+        f"{len(rows)} changes in {history.estimate.size} coefficients of {number} vehicle{'s' * (number != 1)}. The "
+        f"chance of any false change of one vehicle over all its dives is at most {100.0 * LEVEL:.0f} %."
     )
     return "\n".join(lines)
 
@@ -151,14 +186,11 @@ def text(compared: Comparison) -> str:
         at = f" at {quantity.speed:.3g} {speed}" if quantity.kind == "drag" else ""
         lines.append(f"{quantity.axis} {quantity.kind}{at} [{quantity.unit}]")
         for dive, value in zip(compared.dives, row, strict=True):
-            against = "" if value.reference is None else f"  before {value.reference:.4g}, p = {value.p_value:.2g}"
-            mark = "  CHANGED" if value.changed else ""
-            lines.append(f"  {dive:<24}{value.estimate:>10.4g} ({value.low:.4g} to {value.high:.4g}){against}{mark}")
+            lines.append(value_line(dive, value))
     lines.append("")
     changes = compared.changes
     for dive, quantity, value in changes:
-        share = 100.0 * (value.estimate / value.reference - 1.0) if value.reference else float("nan")
-        lines.append(f"{dive}: {quantity.axis} {quantity.kind} changed by {share:+.0f} %")
+        lines.append(f"{dive}: {quantity.axis} {quantity.kind} {change_words(value)}")
     for dive, found in explanations(compared).items():
         fits = "; or ".join(found) if found else "no single cause that was tested fits all inertias and drags"
         lines.append(f"{dive}: {fits}")

@@ -30,8 +30,9 @@ from service.config.traced_effects import OperatorVerb, TracedEffects, configure
 from service.health.health_watch import HealthConditions, HealthWatch
 from service.host.answers import Answers
 from service.host.effect_switch import EffectSwitch
-from service.host.persist_then_publish import PARAMETERS_KEY, PersistThenPublish
+from service.host.persist_then_publish import DIVES_KEY, PARAMETERS_KEY, PersistThenPublish
 from service.host.thrust_words import thrust_event, thrust_notice
+from service.learner.dives import Dives
 from service.learner.duplicate_learner import DuplicateLearner
 from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
@@ -72,8 +73,9 @@ class Host:
         self._publishers = Publishers(session, self.keys, self._archive)
         self.mapped = self._mapping(learners)
         self.led_by: MappedIngest | None = None  # what hears for it in another learner of its vehicle file
+        dives = Dives(config.vehicle, self._stored.get(DIVES_KEY, ()))
         self._persist_then_publish = PersistThenPublish(
-            config, self.node, self._store, self._history, self._publishers, self._live, self.mapped
+            config, self.node, self._store, self._history, self._publishers, self._live, self.mapped, dives
         )
         self._thrust_change: ThrustChange | None = None  # the last one
         self._switch: EffectSwitch | None = None
@@ -93,6 +95,11 @@ class Host:
         self._publishers.publish(self.keys.effects, wire.encode(self.node.ledger))
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
 
+    @property
+    def _stored(self) -> dict[str, Any]:
+        """The memory that was restored; empty where it begins anew."""
+        return (None if self._store is None else self._store.memory) or {}
+
     def _mapping(self, learners: int) -> MappedIngest | None:
         """The mapper of other forms; None if all inputs have our own form."""
         if self._config.inputs.own:
@@ -100,8 +107,7 @@ class Host:
         # Loaded where it is needed alone, like the other parts that not every learner has.
         from service.bus.mapped_ingest import MappedIngest
 
-        memory = (self._store.memory if self._store is not None else None) or {}
-        known = memory.get(PARAMETERS_KEY) or {}
+        known = self._stored.get(PARAMETERS_KEY) or {}
         return MappedIngest(self._session, self.watch, self._config, known, learners, self._archive)
 
     def _restore(self) -> tuple[LearnerNode, LiveTracing | None]:
