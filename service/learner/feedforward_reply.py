@@ -54,7 +54,7 @@ def feedforward_reply(
     if learned.extrapolated.any():
         remarks.append(f"{plan_words(plan, learned.extrapolated)}: the damping there is not learned but extrapolated")
     if coupled is not None and coupled.missing:
-        remarks.append(f"{', '.join(coupled.missing)}: taken for zero, as in what is learned, because nothing sends it")
+        remarks.append(f"nothing sends {', '.join(coupled.missing)}: it counts as zero, as in the learned damping")
     there = found.at(np.array(asked.t))
     return wire.FeedforwardReply(
         t=asked.t,
