@@ -21,7 +21,7 @@ WINDOW_S, PROOF_S = 240.0, 60.0
 """Window and proof of the tracing [s of data]."""
 PART_S = 60.0
 """So much of the vehicle's time comes at once [s]; with most of the parts a trace or a proof is due."""
-SPARED = 0.25
+SPARED = 0.1
 """Part of the processes that are let be, so that proofs are killed as well as traces."""
 LONGEST_S = 8.0
 """A kill comes at most so long after the process was seen [s]; one that has ended by then is none."""
@@ -54,16 +54,17 @@ class Record:
 
 
 def tracing_kills(times: int, seed: int) -> Row:
-    """Kills processes beside a learner of a vehicle with a hidden lag, and plays the same data without a kill."""
+    """Kills processes beside a learner of a vehicle with a hidden lag, and plays the same data without tracing."""
     random = np.random.default_rng(seed)
     trial = play(Trial(seed, ("torque_lag",), duration=WINDOW_S + PART_S * (3 * times + 2)))
 
     def some() -> float | None:
         return None if random.random() < SPARED else float(random.uniform(0.0, LONGEST_S))
 
-    killed = _record(trial.recording, trial.inertia, some, times)
-    calm = _record(trial.recording, trial.inertia, lambda: None, times, until=killed.sent)
-    lost = sum(killed.models.get(revision) != model for revision, model in calm.models.items())
+    killed = _record(trial.recording, trial.inertia, "advise", some, times)
+    calm = _record(trial.recording, trial.inertia, "off", lambda: None, times, until=killed.sent)
+    revisions = killed.models.keys() | calm.models.keys()
+    lost = sum(killed.models.get(each) != calm.models.get(each) for each in revisions)
     lost += sum(abs(one - other) for one, other in zip(killed.counters, calm.counters, strict=True))
     after = [min(end for end in killed.ends if end > kill) - kill for kill in killed.kills]
     return Row(
@@ -72,15 +73,15 @@ def tracing_kills(times: int, seed: int) -> Row:
         lost,
         len(killed.kills) - len(killed.told) + killed.left,
         killed.told,
-        f"of {len(calm.models)} models and {calm.counters[0]} samples those that differ without kills; the next of "
+        f"of {len(calm.models)} models and {calm.counters[0]} samples those that differ without tracing; the next of "
         f"{len(killed.ends)} traces and proofs began within {max(after):.0f} s of data; time until health says it",
     )
 
 
-def _record(whole: Recording, inertia: float, moment: Moment, times: int, until: float = np.inf) -> Record:
+def _record(whole: Recording, inertia: float, live: str, moment: Moment, times: int, until: float = np.inf) -> Record:
     """A learner that is sent a recording part by part, until so many processes were killed and one more begun."""
     record, seen, streak = Record(), set[int](), 0
-    settings = {"vehicle.inertia": inertia, "vehicle.rate_range": [-0.35, 0.35], "tracing.live": "advise"}
+    settings = {"vehicle.inertia": inertia, "vehicle.rate_range": [-0.35, 0.35], "tracing.live": live}
     with learner(**settings, **{"tracing.window": WINDOW_S, "tracing.proof": PROOF_S}) as subject:
 
         def note(model: ModelSnapshot) -> None:
