@@ -38,9 +38,14 @@ def effect(name: str) -> str:
     return words(kind) + (f" {'by' if kind == 'modulation' else 'to'} {channel.replace('_', ' ')}" if channel else "")
 
 
+def channel_unit(name: str) -> str:
+    """The unit of a channel; empty where its name is no known one."""
+    return _UNITS.get(name) or next((unit for end, unit in _ENDINGS.items() if name.endswith(end)), "")
+
+
 def channel(name: str) -> str:
     """A channel in words with its unit, where its name is a known one: `depth` is Depth [m]."""
-    unit = _UNITS.get(name) or next((unit for end, unit in _ENDINGS.items() if name.endswith(end)), "")
+    unit = channel_unit(name)
     return words(name) + (f" [{unit}]" if unit else "")
 
 

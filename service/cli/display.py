@@ -11,6 +11,7 @@ from rich.text import Text
 
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
+from service.inputs.quantities import si_unit
 from service.wire import Health, ModelSnapshot, StreamHealth
 
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
@@ -67,7 +68,7 @@ def _called(name: str, axis: Axis) -> str:
 
 
 def _columns(name: str, stream: StreamHealth, axis: Axis) -> tuple[str, ...]:
-    unit = words_of(axis).fill(STREAM_UNITS.get(name, ""))
+    unit = words_of(axis).fill(STREAM_UNITS[name]) if name in STREAM_UNITS else si_unit(name)
     value = "–" if stream.value is None else f"{stream.value:.3g} {unit}".strip()
     return (
         value,

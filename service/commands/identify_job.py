@@ -17,12 +17,14 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from service.live.background import NO_ANSWER, end_with_the_parent, stand_back
 
+NICENESS = 19
+"""The lowest priority."""
 MAX_PROCESSOR_S = 1800
 """Processor time of the process [s]: fifty times as much as five minutes of six axes take."""
 
 
 def main(folder: Path, words: Sequence[str]) -> int:
-    stand_back(MAX_PROCESSOR_S)
+    stand_back(NICENESS, MAX_PROCESSOR_S)
     end_with_the_parent()
     try:
         _identify(folder, words)

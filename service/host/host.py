@@ -31,7 +31,7 @@ from service.health.health_watch import HealthConditions, HealthWatch
 from service.host.answers import Answers
 from service.host.effect_switch import EffectSwitch
 from service.host.persist_then_publish import DIVES_KEY, PARAMETERS_KEY, PersistThenPublish
-from service.host.thrust_words import thrust_event, thrust_notice
+from service.host.thrust_words import pause_words, thrust_event, thrust_notice
 from service.learner.dives import Dives
 from service.learner.duplicate_learner import DuplicateLearner
 from service.learner.estimates import estimate
@@ -173,7 +173,8 @@ class Host:
         return HealthConditions(
             notices,
             unsaved=None if store is None else store.problem,
-            paused=self.node.current_warnings.paused or (None if arming is None else arming.why_not),
+            paused=pause_words(self.node.current_warnings.paused, self._thrust_change)
+            or (None if arming is None else arming.why_not),
             effect_channels=() if effects is None else effects.compensation.reads(channels),
         )
 

@@ -66,3 +66,10 @@ def thrust_notice(node: LearnerNode, change: ThrustChange | None) -> tuple[str, 
     if lost <= 0.0:
         return ()
     return (f"before the restart {100.0 * lost:.0f} % of the {node.words.name} thrust was lost",)
+
+
+def pause_words(paused: str | None, change: ThrustChange | None) -> str | None:
+    """Why learning is paused, with the thrust that is lost meanwhile: the checks of the sensors do not know of it."""
+    if paused is None or change is None or change.is_back:
+        return paused
+    return f"{paused}; the thrust that is lost may be the cause"

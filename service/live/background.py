@@ -19,22 +19,26 @@ MAX_FILE_BYTES = 64 * 1024**2
 """Largest file that it writes: a report takes less than one."""
 NO_ANSWER = 2
 """Exit status of a process whose data cannot answer."""
-NICENESS = 10
-"""The step by which the process stands back: it still gets a tenth of a core that others want as a whole."""
+SESSION_NICENESS = "5"
+"""The step by which its session stands back where Linux shares the processor among sessions first: the priority of a
+process counts within its session alone there, and it has one of its own. It still gets a quarter of a core that another
+session wants as a whole."""
 FIRST_TO_END = "1000"
 """The score of the process that Linux ends first when memory runs out."""
 
 
-def stand_back(processor_s: int) -> None:
-    """Gives this process a low priority, and bounds what it takes, as far as the machine knows how.
+def stand_back(niceness: int, processor_s: int) -> None:
+    """Gives this process a lower priority, and bounds what it takes, as far as the machine knows how.
 
     Args:
+        niceness: the step by which it stands back.
         processor_s: after so much processor time the process is ended [s].
     """
     with suppress(OSError, AttributeError):
-        os.nice(NICENESS)
-    with suppress(OSError):
-        Path("/proc/self/oom_score_adj").write_text(FIRST_TO_END, encoding="ascii")
+        os.nice(niceness)
+    for file, value in (("autogroup", SESSION_NICENESS), ("oom_score_adj", FIRST_TO_END)):
+        with suppress(OSError):
+            Path("/proc/self", file).write_text(value, encoding="ascii")
     try:
         resource = import_module("resource")
     except ModuleNotFoundError:  # Windows

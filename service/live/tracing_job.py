@@ -16,12 +16,14 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from service.live.background import MAX_MEMORY_BYTES, NO_ANSWER, end_with_the_parent, stand_back
 
+NICENESS = 10
+"""The step by which it stands back: it still gets a tenth of a core that others want as a whole."""
 MAX_PROCESSOR_S = 600
 """Processor time of the process [s]: the slowest trace known took 24."""
 
 
 def main(folder: Path) -> int:
-    stand_back(MAX_PROCESSOR_S)
+    stand_back(NICENESS, MAX_PROCESSOR_S)
     end_with_the_parent(folder)
     try:
         _answer(folder)

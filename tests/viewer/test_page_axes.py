@@ -30,11 +30,13 @@ def test_a_line_for_each_axis_and_the_one_that_is_asked_for(tmp_path: Path) -> N
     with benches() as begin:
         bench = begin(vehicle__file=str(tmp_path / "boat.yaml"), prefix="boat")
         bench.session.put("boat/surge/rate", wire.measurement((1.0, 1.1), (0.5, 0.6)))
-        bench.health_when(lambda health: "surge" in health.streams)
+        bench.session.put("boat/yaw/channel/heading", wire.measurement(1.0, 0.3))
+        bench.health_when(lambda health: {"surge", "heading"} <= health.streams.keys())
         learner = Learner(client_config_at(bench.endpoint), bench.endpoint, "boat/yaw", Recordings(None))
         axes = VehicleAxes(learner)
         first, surge = axes.state(None), axes.state("surge")
         assert (first["prefix"], surge["prefix"]) == ("boat/yaw", "boat/surge")
+        assert (first["units"]["surge"], first["units"]["heading"]) == ("m/s", "rad")
         assert surge["words"]["title"] == "Surge damping"
         assert (first["vehicle"], list(first["axes"])) == ("rov", ["yaw", "surge"])
         assert (first["axes"]["surge"]["value"], first["axes"]["surge"]["unit"]) == (0.6, "m/s")

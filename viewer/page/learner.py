@@ -134,7 +134,9 @@ class Learner:
                 "found": [f"{found.get('state')}, not in force: {found.get('sentence')}" for found in ledger.found],
                 "history": [names.step(entry).replace("**", "") for entry in ledger.history[-10:]],
             }
-        return head | self._parts | {"away": None, "away_s": None, "health": health.model_dump(mode="json")}
+        units = {name: names.channel_unit(name) for name in health.streams}
+        present = {"away": None, "away_s": None, "units": units, "health": health.model_dump(mode="json")}
+        return head | self._parts | present
 
     def _away(self, why: str) -> dict[str, Any]:
         since = None if self._answered is None else round(time.monotonic() - self._answered, 1)

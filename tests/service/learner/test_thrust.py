@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -21,7 +21,7 @@ from service.recordings.samples_from_recording import learner_for, samples_of, s
 from simulator.effects import Physics
 from simulator.missions import Mission, play
 from simulator.trial_vehicle import STEP
-from tests.service.conftest import PATIENCE, StartBench
+from tests.service.conftest import PATIENCE, StartBench, cut
 
 ONSET_S, BACK_S, END_S = 300.0, 450.0, 560.0
 
@@ -80,13 +80,22 @@ def test_after_a_restart_the_thrust_that_is_lost_is_still_lost() -> None:
     assert again.thrust.state.level == lost.level[0]
 
 
-def test_it_is_an_event_on_the_bus_and_health_tells_it(start: StartBench, tmp_path: Path) -> None:
+def settings() -> dict[str, Any]:
+    """The sections of the configuration in which it is another than the default."""
     known = config()
-    bench = start(
-        vehicle=known.vehicle.model_dump(exclude_defaults=True),
-        signals=known.signals.model_dump(exclude_defaults=True),
-        learner=known.learner.model_dump(exclude_defaults=True),
-    )
+    return {name: getattr(known, name).model_dump(exclude_defaults=True) for name in ("vehicle", "signals", "learner")}
+
+
+def test_a_pause_of_learning_names_the_thrust_that_is_lost(start: StartBench) -> None:
+    bench = start(**settings())
+    bench.play(cut(mission()[0], 400.0))
+    health = bench.health_when(lambda health: any("thrust is lost" in reason for reason in health.reasons))
+    assert health.learning.state == "paused"
+    assert "the thrust that is lost may be the cause" in health.learning.why
+
+
+def test_it_is_an_event_on_the_bus_and_health_tells_it(start: StartBench) -> None:
+    bench = start(**settings())
     events: queue.Queue[wire.ThrustEvent] = bench.follow(bench.keys.event, wire.ThrustEvent)
     bench.play(mission()[0])
     lost, back = events.get(timeout=PATIENCE), events.get(timeout=PATIENCE)
