@@ -70,6 +70,13 @@ def _label(parameter: str, axis: AxisWords) -> tuple[str, str]:
     return axis.fill(label), axis.fill(unit)
 
 
+def finding(found: Mapping[str, Any]) -> str:
+    """An effect that was found: its name in words, and the sentence about it."""
+    name = str(found.get("effect"))
+    about = str(found.get("sentence") or "").removeprefix(f"{name}: ")
+    return f"{effect(name)}: {about}" if about else effect(name)
+
+
 def step(entry: Mapping[str, Any]) -> str:
     """One step of the ledger as a sentence; its evidence stands with the effect."""
     t, revision = entry.get("t", entry.get("at")), entry.get("revision")

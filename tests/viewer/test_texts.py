@@ -111,6 +111,8 @@ def test_people_read_names_and_units_and_never_a_key() -> None:
     assert names.channel("winch") == "Winch"
     step = {"t": 3.0, "step": "suspected", "effect": "torque_lag", "why": "torque_lag: it lags", "revision": 7}
     assert names.step(step) == "**3.0 s** Torque lag: suspected: it lags (revision 7)"
+    assert names.finding({"effect": "torque_lag", "sentence": "torque_lag: it lags."}) == "Torque lag: it lags."
+    assert names.finding({"effect": "torque_lag"}) == "Torque lag"
     for key in LABELS:
         shown = names.parameter(key, 1.0)
         assert not set("_{}") & set(shown), shown

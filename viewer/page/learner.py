@@ -128,10 +128,8 @@ class Learner:
         ledger = self._ask(self._keys.effects, EffectsLedger)
         if ledger is not None:
             self._parts |= {
-                "effects": [
-                    str(found.get("sentence") or names.effect(str(found.get("effect")))) for found in ledger.effects
-                ],
-                "found": [f"{found.get('state')}, not in force: {found.get('sentence')}" for found in ledger.found],
+                "effects": [names.finding(found) for found in ledger.effects],
+                "found": [f"{found.get('state')}, not in force: {names.finding(found)}" for found in ledger.found],
                 "history": [names.step(entry).replace("**", "") for entry in ledger.history[-10:]],
             }
         units = {name: names.channel_unit(name) for name in health.streams}
