@@ -23,6 +23,7 @@ from service.commands.identify import declared
 from service.commands.other_velocities import MASS_MATRIX_HELP
 from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.sources import read as read_config
+from service.recordings.log_refusals import refuse_implausible
 from service.recordings.reading import Reading, add_log_arguments
 
 MAX_LINES = 40
@@ -88,6 +89,8 @@ def answer(args: argparse.Namespace) -> Comparison:
             raise BadInput(f"{path}: is a table of dives, which only the command incsvr compare takes; give logs")
     reading = Reading.of(args, read_config(args.config))
     recordings = [reading.of_one(path) for path in args.dives]
+    for recording in recordings:
+        refuse_implausible(recording)
     streams = [recording.streams() for recording in recordings]
     step = on_grid(streams).step
     motions = [on_grid([each], step) for each in streams]

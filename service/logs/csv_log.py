@@ -19,7 +19,7 @@ from service.inputs.table import ROWS, Table, Topic
 from service.logs.opening import GZIP, first_bytes
 
 _DELIMITERS = ",;\t|"
-_EMPTY_CELLS = {"", "nan", "na", "n/a", "null", "none", "-"}
+EMPTY_CELLS = {"", "nan", "na", "n/a", "null", "none", "-"}
 """The cells in whose place nothing was sampled."""
 
 
@@ -118,7 +118,7 @@ def _parsed(cell: str, point: str) -> float | None:
         return float(cell)
     except ValueError:
         pass
-    if cell.lower() in _EMPTY_CELLS:
+    if cell.lower() in EMPTY_CELLS:
         return nan
     if cell.lower() in {"true", "false"}:
         return float(cell.lower() == "true")
@@ -134,7 +134,7 @@ def _instants(cells: Sequence[str]) -> Array | None:
     """ISO 8601 stamps as seconds since 1970, UTC where they name no zone; None where one of them is none."""
     values = np.empty(len(cells))
     for row, cell in enumerate(cells):
-        if cell.lower() in _EMPTY_CELLS:
+        if cell.lower() in EMPTY_CELLS:
             values[row] = nan
             continue
         try:

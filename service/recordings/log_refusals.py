@@ -8,16 +8,20 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.axes import AXES
 from incsvr.plant.words import AxisWords
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.settings import Inputs
 from service.inputs.units import FRACTION
+from service.recordings.recording import Recording
 
 MIN_TURN_DEVIATIONS = 7.0
 """The fastest turns (99 %) in deviations of the gyro's noise below which a vehicle did not turn: one at rest shows
 about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
+WILD_FACTOR = 3.0
+"""Multiple of an axis's `fastest` beyond which a velocity is no measurement: jolts of real vehicles reach `fastest`."""
 
 
 def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words: AxisWords) -> None:
@@ -37,6 +41,22 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words
     if still is not None:
         raise BadInput(f"{path}: {still}; and {cure}")
     raise BadInput(f"{path}: {cure}")
+
+
+def refuse_implausible(recording: Recording) -> None:
+    """Raises BadInput where a velocity of any axis is one that no vehicle has: a wild value, or one in another unit."""
+    streams = recording.streams()
+    for axis in AXES.values():
+        time, values = streams.get(axis.rate, (np.empty(0), np.empty(0)))
+        limit = WILD_FACTOR * axis.fastest
+        beyond = np.flatnonzero(np.abs(values) > limit)
+        if beyond.size:
+            unit, other = ("m/s", "kn") if axis.along else ("rad/s", "deg/s")
+            raise BadInput(
+                f"{recording.name}: {axis.rate} is {values[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the "
+                f"plausible ±{limit:g} {unit}; correct it, or give its unit, such as --column "
+                f"{axis.rate}=NAME:{other}"
+            )
 
 
 def stillness(rate: Array, words: AxisWords) -> str | None:

@@ -1,8 +1,8 @@
 """Recordings: CSV files of one contiguous run each, read with every fault named, and written exactly.
 
 Header row; `t` [s], never going back; `yaw_rate` [rad/s]; `torque` [N m]; then any further numeric channels. An
-empty cell means that the channel was not sampled in that row, so streams of different rates fit in one file. Rows of
-one instant are merged.
+empty cell (also `nan`, `NA`) means that the channel was not sampled in that row, so streams of different rates fit in
+one file. Rows of one instant are merged.
 
 Of another axis than yaw its own columns (`sway`, `sway_force`) stand for these two, and everything downstream reads
 them under the same two names: a learner has one rate and one torque, whichever they are.
@@ -24,6 +24,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.clocks import set_at, without_leaps
+from service.logs.csv_log import EMPTY_CELLS
 from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970
 from service.recordings.recording import Recording, of_axis, own_columns
 
@@ -161,13 +162,13 @@ def _is_number(cell: str) -> bool:
 
 
 def _numbers(path: Path, name: str, cells: Sequence[str]) -> Array:
-    """A column as numbers, NaN for empty cells."""
+    """A column as numbers, NaN for cells in whose place nothing was sampled."""
     try:
         values = np.array([float(cell) if cell else nan for cell in cells])
     except ValueError:
         values = np.array([_number(path, name, row, cell) for row, cell in enumerate(cells, start=2)])
     for row in np.flatnonzero(~np.isfinite(values)):
-        if cells[row].strip():
+        if cells[row].strip().lower() not in EMPTY_CELLS:
             raise BadInput(
                 f"{path}, row {row + 2}: {name} is {cells[row].strip()!r}; "
                 "leave the cell empty where nothing was sampled, or remove the row"
@@ -177,7 +178,7 @@ def _numbers(path: Path, name: str, cells: Sequence[str]) -> Array:
 
 def _number(path: Path, name: str, row: int, cell: str) -> float:
     try:
-        return float(cell) if cell.strip() else nan
+        return nan if cell.strip().lower() in EMPTY_CELLS else float(cell)
     except ValueError:
         raise BadInput(
             f"{path}, row {row}: {name} is {cell.strip()!r}, which is no number; "

@@ -105,6 +105,19 @@ def test_a_flag_of_no_use_is_refused(
     assert told in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("command", ["identify", "compare"])
+def test_a_wild_velocity_is_refused_with_its_time(
+    dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    header, *rows = (dives / "one.csv").read_text(encoding="utf-8").splitlines()
+    cells = rows[500].split(",")
+    cells[header.split(",").index("sway")] = "900"
+    wild = tmp_path / "wild.csv"
+    wild.write_text("\n".join([header, *rows[:500], ",".join(cells), *rows[501:]]) + "\n", encoding="utf-8")
+    assert main([command, str(dives / "two.csv"), str(wild)]) == 2
+    assert "wild.csv: sway is 900 at 50 s, beyond the plausible ±60 m/s" in capsys.readouterr().err
+
+
 def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path) -> None:
     rng = np.random.default_rng(53)
     body = torpedo(rng)

@@ -24,8 +24,10 @@ def save(folder: Path, text: str) -> Path:
     return path
 
 
-def test_streams_of_different_rates_fit_in_one_file(tmp_path: Path) -> None:
-    run = read(save(tmp_path, "t,torque,yaw_rate,depth\n0,1,0.1,\n0.5,,0.2,3.5\n1,2,0.3,\n\n"))
+@pytest.mark.parametrize("empty", ["", "nan", "NaN", "NA"])
+def test_streams_of_different_rates_fit_in_one_file(tmp_path: Path, empty: str) -> None:
+    text = "t,torque,yaw_rate,depth\n0,1,0.1,-\n0.5,-,0.2,3.5\n1,2,0.3,-\n\n"
+    run = read(save(tmp_path, text.replace("-", empty)))
     assert run.channels == ("depth",)
     streams = run.streams()
     np.testing.assert_array_equal(streams["torque"], ([0.0, 1.0], [1.0, 2.0]))
@@ -73,7 +75,7 @@ def test_what_is_written_is_read_to_the_last_bit(times: list[float], data: st.Da
         (GOOD + "0.3,0.1\n", "row 5: 2 cells under a header of 3"),
         (GOOD + "0.3,0.1,1,1\n", "row 5: 4 cells under a header of 3"),
         (GOOD + "0.3,fast,1\n", "row 5: yaw_rate is 'fast', which is no number"),
-        (GOOD + "0.3,nan,1\n", "row 5: yaw_rate is 'nan'; leave the cell empty"),
+        (GOOD + "0.3,inf,1\n", "row 5: yaw_rate is 'inf'; leave the cell empty"),
         (GOOD + "0.3,0.1,-inf\n", "row 5: torque is '-inf'; leave the cell empty"),
         (GOOD + "inf,0.1,1\n", "row 5: t is 'inf'"),
         (GOOD + ",0.1,1\n", "row 5: t is empty; every row needs its time"),
