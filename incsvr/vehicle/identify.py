@@ -22,7 +22,7 @@ from incsvr.plant.axes import AXES
 from incsvr.vehicle.fitting import Fit, Windows, fit_from_afar
 from incsvr.vehicle.held_out import WINDOW_CELLS, judged, parts_in_turns, spread_windows, together
 from incsvr.vehicle.intervals import intervals
-from incsvr.vehicle.manoeuvres import manoeuvres
+from incsvr.vehicle.manoeuvres import manoeuvres, warnings
 from incsvr.vehicle.model import ASSUMED, DECLARED, ESTIMATED, UNKNOWN, Parameter, Vehicle
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.scales import Candidate, Scales
@@ -64,6 +64,11 @@ class Identified:
     unseen: bool
     course: Course | None = None
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What predictions of this model must not be used for, and the cure, one sentence each."""
+        return warnings(self.errors)
+
     def to_dict(self) -> dict[str, Any]:
         """The result as plain data: each axis, the mass matrix, the errors of free runs, and the vehicle file."""
         vehicle = self.vehicle.to_dict()
@@ -76,6 +81,7 @@ class Identified:
                 **self.errors.to_dict(),
             },
             "manoeuvres": list(self.manoeuvres),
+            "warnings": list(self.warnings),
             "seconds": self.seconds,
             "step_s": self.step,
             "vehicle": vehicle,

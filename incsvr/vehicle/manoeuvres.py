@@ -1,9 +1,11 @@
-"""The manoeuvres that would excite the parameters which recordings do not show: one sentence a parameter."""
+"""The manoeuvres that would show what recordings do not: one sentence for each parameter or diverging free run."""
 
 from __future__ import annotations
 
+from incsvr.plant.axes import AXES
 from incsvr.vehicle.model import ASSUMED, UNKNOWN, Vehicle
 from incsvr.vehicle.terms import LINEAR, QUADRATIC
+from incsvr.vehicle.validation import Errors
 
 
 def manoeuvres(vehicle: Vehicle) -> tuple[str, ...]:
@@ -26,3 +28,14 @@ def manoeuvres(vehicle: Vehicle) -> tuple[str, ...]:
             how = f"move along {' and '.join(term.of) or term.axis} at the same time, in several proportions"
         found.append(f"{term.axis} {term.name} is not excited: {how}")
     return tuple(dict.fromkeys(found))
+
+
+def warnings(errors: Errors) -> tuple[str, ...]:
+    """A sentence on each axis whose free run errs by more than a vehicle at rest would, with the cure."""
+    return tuple(
+        f"the free run of {axis} diverges: over whole dives it errs by {model:.3g}, a velocity of zero by {zero:.3g} "
+        f"{'m/s' if AXES[axis].along else 'rad/s'}; use the model for predictions of some seconds, and record a "
+        f"manoeuvre that varies the {axis} speed: steps of the effort, each held until the speed settles"
+        for axis, model, zero in zip(errors.axes, errors.free_run.tolist(), errors.zero.tolist(), strict=True)
+        if not model < zero
+    )

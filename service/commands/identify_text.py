@@ -26,6 +26,7 @@ def text(found: Identified) -> str:
     for axis, why in found.refusals.items():
         lines.append(f"{axis} is not identified: {why}")
     lines += list(found.manoeuvres)
+    lines += [f"warning: {each}" for each in found.warnings]
     return "\n".join(lines)
 
 

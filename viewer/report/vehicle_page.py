@@ -45,7 +45,7 @@ def vehicle_page(found: Identified, notes: Sequence[str] = (), provenance: Mappi
         where=where(found),
         charts=[] if found.course is None else [Markup(chart(found.course, k)) for k in range(len(found.course.axes))],
         refusals=[capital(f"{axis}: {why}") for axis, why in found.refusals.items()],
-        manoeuvres=[capital(sentence) for sentence in found.manoeuvres],
+        manoeuvres=[capital(sentence) for sentence in (*found.warnings, *found.manoeuvres)],
         notes=[capital(note) for note in notes],
     )
 

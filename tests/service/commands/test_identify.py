@@ -43,6 +43,7 @@ def test_the_vehicle_file_holds_what_the_json_holds(dives: Path) -> None:
     assert yaw["inertia"] == found["mass_matrix"]["yaw,yaw"]["value"]
     assert yaw["coefficients"]["N_r"] == {"estimate": linear["value"], "low": linear["low"], "high": linear["high"]}
     assert found["axes"]["heave"]["reason"].startswith("no heave was recorded")
+    assert found["warnings"] == []
     assert found["free_run"]["horizons"]["5"]["yaw"]["model"] < 0.3 * found["free_run"]["horizons"]["5"]["yaw"]["hold"]
 
 
@@ -60,6 +61,25 @@ def test_the_report_shows_parameters_errors_and_a_free_run_and_loads_nothing(div
     assert "Heave: no heave was recorded" in words
     assert text.count("<svg") == 3, "a free run of each axis"
     assert not report.loads
+
+
+def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
+    dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """On a dive whose efforts have the wrong sign: the text, the JSON and the report say so."""
+    log = swim(torpedo(np.random.default_rng(51)), 60.0, np.random.default_rng(53))
+    wrong = {name: (time, -values if name in EFFORTS else values) for name, (time, values) in log.items()}
+    write(tmp_path / "wrong.csv", from_streams("wrong", wrong))
+    target, report = tmp_path / "found.json", tmp_path / "report.html"
+    words = ["identify", str(dives / "one.csv"), "--validate", str(tmp_path / "wrong.csv"), "--report", str(report)]
+    assert main([*words, "--json", str(target)]) == 0
+    warnings = json.loads(target.read_text(encoding="utf-8"))["warnings"]
+    assert [each.split(" diverges")[0] for each in warnings] == [
+        f"the free run of {axis}" for axis in ("surge", "sway", "yaw")
+    ]
+    assert "record a manoeuvre that varies the surge speed" in warnings[0]
+    assert f"warning: {warnings[0]}" in capsys.readouterr().out
+    assert warnings[0][1:] in report.read_text(encoding="utf-8")
 
 
 def test_the_python_export_simulates_alike(dives: Path, tmp_path: Path) -> None:
