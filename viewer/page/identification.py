@@ -207,5 +207,5 @@ def _summary(found: dict[str, Any]) -> dict[str, Any]:
     ahead = free_run["horizons"].get("5", {})
     errors = [{"axis": axis, "model": each["model"], "held": each["hold"]} for axis, each in ahead.items()]
     refusals = [f"{axis}: {each['reason']}" for axis, each in found["axes"].items() if not each["identified"]]
-    missing = [*found["warnings"], *refusals, *found["manoeuvres"]]
+    missing = [*refusals, *found["warnings"], *found["manoeuvres"]]
     return {"errors": errors, "on": free_run["on"], "missing": missing, "no_report": found["no_report"]}
