@@ -19,10 +19,11 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import COEFFICIENT_NAMES
 from incsvr.plant.axes import AXES
+from incsvr.vehicle.current import suspected_current
 from incsvr.vehicle.fitting import Fit, Windows, fit_from_afar
 from incsvr.vehicle.held_out import WINDOW_CELLS, judged, parts_in_turns, spread_windows, together
 from incsvr.vehicle.intervals import intervals
-from incsvr.vehicle.manoeuvres import manoeuvres, warnings
+from incsvr.vehicle.manoeuvres import divergences, manoeuvres
 from incsvr.vehicle.model import ASSUMED, DECLARED, ESTIMATED, UNKNOWN, Parameter, Vehicle
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.scales import Candidate, Scales
@@ -52,6 +53,7 @@ class Identified:
         unseen: whether `errors` are of other recordings.
         course: a free run on unseen data: the longest of the other recordings, or of the last part; None where the
             errors are of nothing.
+        warnings: why predictions or intervals do not hold, and the cure, one sentence each.
     """
 
     vehicle: Vehicle
@@ -63,11 +65,7 @@ class Identified:
     step: float
     unseen: bool
     course: Course | None = None
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What predictions of this model must not be used for, and the cure, one sentence each."""
-        return warnings(self.errors)
+    warnings: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """The result as plain data: each axis, the mass matrix, the errors of free runs, and the vehicle file."""
@@ -154,8 +152,11 @@ def identify(
     candidates: list[Candidate] = [*extras(axes, driven, motion.recorded), *driven]
     fitted = extended(windows, fitted, candidates, scales)
     vehicle = _vehicle(name, axes, driven, motion, fitted, scales, declared)
+    current = suspected_current(windows, fitted)
+    warnings = () if current is None else (current.warning,)
+    missing, seconds, step = manoeuvres(vehicle), motion.seconds, motion.step
     if not validate:
-        return Identified(vehicle, refusals, manoeuvres(vehicle), NO_ERRORS, {}, motion.seconds, motion.step, False)
+        return Identified(vehicle, refusals, missing, NO_ERRORS, {}, seconds, step, False, warnings=warnings)
     splits = [(windows, unseen)] if unseen is not None else parts_in_turns(motion)
     begins("predicting unseen data")
     judgements = [judged(part, fitted, scales, test) for part, test in splits]
@@ -164,17 +165,18 @@ def identify(
         begins(f"predicting {axis} by itself")
         begin = _alone(fitted, axis, motion, scales)
         by_itself[axis] = together([judged(part, begin, scales, test) for part, test in splits])
-    last = judgements[-1]
+    last, found = judgements[-1], together(judgements)
     return Identified(
         vehicle,
         refusals,
-        manoeuvres(vehicle),
-        together(judgements),
+        missing,
+        found,
         by_itself,
-        motion.seconds,
-        motion.step,
+        seconds,
+        step,
         unseen is not None,
         longest_course(last.fitted.structure, last.fitted.parameters, last.test),
+        (*warnings, *divergences(found)),
     )
 
 

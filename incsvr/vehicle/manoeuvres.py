@@ -30,7 +30,7 @@ def manoeuvres(vehicle: Vehicle) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
-def warnings(errors: Errors) -> tuple[str, ...]:
+def divergences(errors: Errors) -> tuple[str, ...]:
     """A sentence on each axis whose free run errs by more than a vehicle at rest would, with the cure."""
     return tuple(
         f"the free run of {axis} diverges: over whole dives it errs by {model:.3g}, a velocity of zero by {zero:.3g} "

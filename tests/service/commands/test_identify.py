@@ -11,7 +11,7 @@ import pytest
 
 import incsvr
 from incsvr.errors import BadInput
-from incsvr.vehicle import on_grid
+from incsvr.vehicle import identify, on_grid
 from service.cli.command_line import main
 from service.config.vehicle_file import read_vehicle
 from service.recordings.recording import from_streams
@@ -80,6 +80,15 @@ def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
     assert "record a manoeuvre that varies the surge speed" in warnings[0]
     assert f"warning: {warnings[0]}" in capsys.readouterr().out
     assert warnings[0][1:] in report.read_text(encoding="utf-8")
+
+
+def test_velocities_over_ground_in_a_current_are_a_warning() -> None:
+    rng = np.random.default_rng(201)
+    log = swim(torpedo(rng), 200.0, rng, (0.1, -0.1))
+    (warning,) = identify(on_grid([log]), validate=False).warnings
+    assert "a steady current of 0.14 m/s towards 31" in warning
+    del log["heading"]
+    assert identify(on_grid([log]), validate=False).warnings == ()
 
 
 def test_the_python_export_simulates_alike(dives: Path, tmp_path: Path) -> None:
