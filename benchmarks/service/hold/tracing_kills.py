@@ -23,7 +23,7 @@ PART_S = 60.0
 """So much of the vehicle's time comes at once [s]; with most of the parts a trace or a proof is due."""
 SPARED = 0.1
 """Part of the processes that are let be, so that proofs are killed as well as traces."""
-LONGEST_S = 8.0
+LONGEST_S = 3.0
 """A kill comes at most so long after the process was seen [s]; one that has ended by then is none."""
 
 Moment = Callable[[], float | None]
@@ -35,7 +35,7 @@ class Record:
     """What became of a learner.
 
     Attributes:
-        models: each published model, but for the boot.
+        models: each published model, as the learner answers it at the end.
         sent: the end of the data that were sent [s].
         counters: samples and what was rejected, as health counts them.
         ends: the vehicle's time at which a process was begun [s].
@@ -83,13 +83,6 @@ def _record(whole: Recording, inertia: float, live: str, moment: Moment, times: 
     record, seen, streak = Record(), set[int](), 0
     settings = {"vehicle.inertia": inertia, "vehicle.rate_range": [-0.35, 0.35], "tracing.live": live}
     with learner(**settings, **{"tracing.window": WINDOW_S, "tracing.proof": PROOF_S}) as subject:
-
-        def note(model: ModelSnapshot) -> None:
-            record.models[model.revision] = encode(model.model_copy(update={"boot": ""}))
-
-        subject.session.declare_subscriber(
-            KEYS.model, lambda sample: note(decode(ModelSnapshot, sample.payload.to_bytes()))
-        )
         for begin in np.arange(0.0, min(until, float(whole.time[-1])), PART_S).tolist():
             _send(subject, whole, begin)
             record.sent = begin + PART_S
@@ -106,9 +99,18 @@ def _record(whole: Recording, inertia: float, live: str, moment: Moment, times: 
                 record.left += folder.exists()
             if len(record.kills) == times and record.ends[-1] > record.kills[-1]:
                 break
-        counters = subject.health().counters
-    record.counters = counters["samples"], counters["rejected"]
+        health = subject.health()
+        record.counters = health.counters["samples"], health.counters["rejected"]
+        record.models = {revision: _model(subject, revision) for revision in range(1, health.revision + 1)}
     return record
+
+
+def _model(subject: Learner, revision: int) -> bytes:
+    """A published model as the learner answers it, but for the boot; empty where it has none."""
+    (reply,) = list(subject.session.get(f"{KEYS.model}?revision={revision}", timeout=PATIENCE_S))
+    if reply.ok is None:
+        return b""
+    return encode(decode(ModelSnapshot, reply.ok.payload.to_bytes()).model_copy(update={"boot": ""}))
 
 
 def _send(subject: Learner, whole: Recording, begin: float) -> None:
