@@ -44,7 +44,9 @@ def mass_matrix(given: Sequence[float]) -> Array:
         BadInput: it is neither, not symmetric, or not the inertia of any body.
     """
     values = np.asarray(given, dtype=np.float64)
-    if values.size not in (6, 36) or not np.all(np.isfinite(values)):
+    if not np.all(np.isfinite(values)):
+        raise BadInput("the mass matrix has an entry that is no finite number; give numbers in kg and kg m²")
+    if values.size not in (6, 36):
         raise BadInput(
             f"the mass matrix has {values.size} entries; give its diagonal, six numbers from surge to yaw, or all 36, "
             "row by row"

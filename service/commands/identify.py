@@ -12,7 +12,7 @@ from incsvr.plant.axes import AXES
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.vehicle import Identified, WholeMotion, identify, on_grid
 from incsvr.vehicle.identify import STEPS
-from service.cli.output import add_json_argument, emit, refuse_unwritable
+from service.cli.output import add_json_argument, emit, refuse_unwritable, writing
 from service.cli.progress import progress
 from service.commands.arguments import add_report_argument
 from service.commands.identify_text import text
@@ -49,12 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    if args.write is not None:
-        refuse_unwritable(args.write, "--vehicle")
     found, notes = answer(args)
     words = "\n".join([*(f"note: {note}" for note in notes), *([""] if notes else []), text(found)])
     if args.write is not None:
-        write_vehicle(args.write, found.vehicle)
         words += f"\n\nwritten to {args.write}; `incsvr export {args.write} --format python` makes a simulator of it"
     try:
         emit(args, {**found.to_dict(), "notes": list(notes)}, words)
@@ -69,7 +66,9 @@ Began = Callable[[str, int], None]
 
 
 def answer(args: argparse.Namespace, began: Began = lambda step, count: None) -> tuple[Identified, tuple[str, ...]]:
-    """The identified model, and the notes of the readers."""
+    """The identified model, written to `--vehicle`, and the notes of the readers."""
+    if args.write is not None:
+        refuse_unwritable(args.write, "--vehicle")
     if not is_name(args.name):
         raise BadInput("--name: give the vehicle a name of one line")
     reading = Reading.of(args, read_config(args.config))
@@ -88,7 +87,11 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
             began(step, count)
             advance()
 
-        return identify(motion, test, declared(args.mass_matrix), args.name, begins=begins), notes
+        found = identify(motion, test, declared(args.mass_matrix), args.name, begins=begins)
+    if args.write is not None:
+        with writing(args.write, "--vehicle"):
+            write_vehicle(args.write, found.vehicle)
+    return found, notes
 
 
 def declared(given: str | None) -> dict[tuple[str, str], float]:

@@ -24,7 +24,6 @@ from service.commands.identify_text import text as identify_text
 from service.commands.python_results import CompareResult, FitResult, IdentifyResult, Log, TraceResult
 from service.commands.trace_text import text as trace_text
 from service.config.sources import read as read_config
-from service.config.vehicle_file import write_vehicle
 from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading
 
@@ -70,8 +69,6 @@ def identify(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> Identi
     args = _arguments("identify", identify_command, recordings, validate, flags)
     with without_bars():
         found, notes = identify_command.answer(args)
-    if args.write is not None:
-        write_vehicle(args.write, found.vehicle)
     return IdentifyResult({**found.to_dict(), "notes": list(notes)}, identify_text(found), YAW, found)
 
 

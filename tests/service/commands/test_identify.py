@@ -125,13 +125,21 @@ def test_it_is_a_call_in_python(dives: Path) -> None:
 
 @pytest.mark.parametrize(
     ("words", "told"),
-    [(["--mass-matrix", "a,b"], "six numbers from surge to yaw"), (["--name", "a\nb"], "a name of one line")],
+    [
+        (["--mass-matrix", "a,b"], "six numbers from surge to yaw"),
+        (["--mass-matrix", "nan,0,0,0,0,1"], "an entry that is no finite number"),
+        (["--name", "a\nb"], "a name of one line"),
+        (["--vehicle", "no/such/folder.yaml"], "name a file in a folder that is there with --vehicle"),
+    ],
 )
 def test_a_flag_of_no_use_is_refused(
     dives: Path, capsys: pytest.CaptureFixture[str], words: list[str], told: str
 ) -> None:
     assert main(["identify", str(dives / "one.csv"), *words]) == 2
     assert told in capsys.readouterr().err
+    flag, value = words
+    with pytest.raises(BadInput, match=told):
+        incsvr.identify(dives / "one.csv", **{flag.removeprefix("--").replace("-", "_"): value})
 
 
 @pytest.mark.parametrize("command", ["identify", "compare"])
