@@ -1,10 +1,8 @@
-"""Builds the documentation site: the pages of docs/ and what is made from the program itself.
+"""Builds the documentation site: the pages of docs/ and the API reference.
 
 - The README is its home.
 - Every file outside docs/ that a page links to becomes a page or a file of the site, and a link that leads nowhere ends
   the build; a module of incsvr leads to its place in the API reference.
-- `<!-- configuration -->` and `<!-- commands -->` are replaced by what the configuration's models and the command
-  line's parser say of themselves.
 """
 
 from __future__ import annotations
@@ -17,15 +15,6 @@ import subprocess
 import sys
 from collections import defaultdict
 from pathlib import Path
-from typing import Any
-
-from pydantic import BaseModel
-from pydantic_core import PydanticUndefined
-
-from service.cli.command_line import whole_parser
-from service.cli.parser import Parser
-from service.config.config_writer import _bounds
-from service.config.configuration import Config
 
 ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"(\]\()([^)#\s:]+)((?:#[^)\s]*)?\))")
@@ -70,7 +59,7 @@ def pages(outline: bool = False) -> dict[str, bytes]:
             continue
         text = path.read_text(encoding="utf-8")
         waiting += [target(path, link[2]) for link in LINK.finditer(text)]
-        found[uri] = filled(led(path, text)).encode()
+        found[uri] = led(path, text).encode()
     return found
 
 
@@ -83,14 +72,6 @@ def led(page: Path, text: str) -> str:
         return f"{found[1]}{os.path.relpath(uri, start)}{f'#{anchor})' if anchor else found[3]}"
 
     return LINK.sub(leading, text)
-
-
-def filled(text: str) -> str:
-    """The text of a page with what is made from the program in the places for it."""
-    for mark, made in (("<!-- configuration -->", configuration), ("<!-- commands -->", commands)):
-        if mark in text:
-            text = text.replace(mark, made())
-    return text
 
 
 def target(page: Path, link: str) -> Path:
@@ -158,64 +139,6 @@ def summary(package: str) -> str:
     text = (ROOT / package.replace(".", "/") / "__init__.py").read_text(encoding="utf-8")
     found = re.match(r'"""(.+?)(?:"""|\n)', text)
     return found[1] if found else ""
-
-
-def configuration() -> str:
-    """The configuration's values in tables, one for each section."""
-    top, sections = [], []
-    for name, field in Config.model_fields.items():
-        if isinstance(field.default, BaseModel):
-            kind = type(field.default)
-            sections.append(f"## {name}\n\n{_first(kind)}\n\n{_table(kind, [name])}")
-        else:
-            top.append(name)
-    return f"## At the top\n\n{_table(Config, [], top)}\n\n" + "\n\n".join(sections)
-
-
-def _table(kind: type[BaseModel], above: list[str], names: list[str] | None = None) -> str:
-    rows = ["| name | default | what |", "|---|---|---|"]
-    for name, field in kind.model_fields.items():
-        if names is None or name in names:
-            default = "needed" if field.default is PydanticUndefined else f"`{_written(field.default)}`"
-            what = f"{field.description or ''}{_bounds(field.metadata)}".replace("|", "\\|")
-            rows.append(f"| `{'.'.join([*above, name])}` | {default} | {what} |")
-    return "\n".join(rows)
-
-
-def _written(value: Any) -> str:
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return str(value).lower()
-    return str(list(value)) if isinstance(value, tuple) else str(value)
-
-
-def _first(kind: type[BaseModel]) -> str:
-    return (kind.__doc__ or "").partition("\n")[0]
-
-
-def commands() -> str:
-    """Every command with its flags, as its help has them."""
-    parts = []
-    for name, command in whole_parser().commands.items():
-        rows = "\n".join(_rows(command))
-        parts.append(f"## {name}\n\n{command.description}\n\n```\n{command.example}\n```\n\n{rows}")
-        for inner, below in command.commands.items():
-            parts.append(f"### {name} {inner}\n\n" + "\n".join(_rows(below)))
-    return "\n\n".join(parts)
-
-
-def _rows(parser: Parser) -> list[str]:
-    rows = ["| | |", "|---|---|"]
-    for action in parser._actions:
-        if isinstance(action, argparse._HelpAction | argparse._SubParsersAction):
-            continue
-        value = action.metavar or ("{" + ",".join(map(str, action.choices)) + "}" if action.choices else action.dest)
-        values = " ".join(value) if isinstance(value, tuple) else value
-        flags = ", ".join(action.option_strings)
-        shown = flags if action.nargs == 0 else f"{flags} {values}".strip()
-        rows.append(f"| `{shown}` | {(action.help or '') % {'default': action.default, 'prog': parser.prog}} |")
-    return rows if len(rows) > 2 else []
 
 
 if __name__ == "__main__":

@@ -42,7 +42,7 @@ class StampedBy(TypedDict, total=False):
 
 
 class Source(Section):
-    """One quantity: where it stands, in which unit, direction and clock."""
+    """The source of one quantity: the yaw rate, and likewise torque, channels, measured_voltage and turned_by."""
 
     topic: str = Field(description="topic of a log, key expression on the bus")
     field: str = Field(default="", description="path of the number in a message, such as angular_velocity.z or data[2]")
@@ -88,8 +88,14 @@ class Thruster(Section):
     topic: str = Field(default="", description="topic of its command, if not that of the others")
     direction: Sign = Field(default=1, description="-1 where more command is less thrust")
     arm: float | None = Field(default=None, description="lever arm: moment about the axis per thrust [m], signed")
-    position: Vector | None = Field(default=None, description="where it is mounted, in the vehicle's axes [m]")
-    pushes: Vector | None = Field(default=None, description="the direction in which it pushes the vehicle")
+    position: Vector | None = Field(
+        default=None,
+        description="ahead, to starboard, down [m]; ahead, to port, up if the yaw rate is positive to port (ROS)",
+    )
+    pushes: Vector | None = Field(
+        default=None,
+        description="direction in which it pushes the vehicle, in the same axes; its length does not count",
+    )
     turned_by: Source | None = Field(
         default=None, description="an angle about the vertical axis that turns this direction: of an azimuth, a rudder"
     )
@@ -133,7 +139,7 @@ class Place:
 
 
 class Thrusters(Section):
-    """The torque, put together from what the thrusters are told."""
+    """The thrusters, whose commands give the torque."""
 
     topic: str = Field(default="", description="topic of a log, key expression on the bus")
     command: Literal["pwm", "fraction", "rpm", "rad/s", "N"] = Field(description="what a command is; pwm in µs")

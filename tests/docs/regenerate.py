@@ -7,9 +7,13 @@ from tempfile import TemporaryDirectory
 
 from tests.conftest import ROOT
 from tests.docs.console import PAGES, printed
+from tests.docs.lists import LISTS, generated
 
 
 def main() -> None:
+    for name in LISTS:
+        page = ROOT / name
+        page.write_text(generated(name, page.read_text(encoding="utf-8")), encoding="utf-8")
     for name in PAGES:
         page = ROOT / name
         with TemporaryDirectory() as folder:

@@ -1,0 +1,99 @@
+"""The generated lists of docs/commands.md and docs/configuration.md: every command and every value of the program."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic_core import PydanticUndefined
+
+from service.cli.command_line import whole_parser
+from service.cli.parser import Parser
+from service.config.config_writer import _bounds
+from service.config.configuration import Config
+from service.inputs.settings import Armed, Source, Thruster, Thrusters
+
+MARK = "<!-- generated: python -m tests.docs.regenerate -->\n"
+"""The line of a page below which everything is generated."""
+ENTRIES_OF_INPUTS: dict[str, type[BaseModel]] = {
+    "yaw_rate": Source,
+    "thrusters": Thrusters,
+    "thrusters.each": Thruster,
+    "armed": Armed,
+}
+"""The forms of the entries of the section `inputs`; torque, channels and angles have the form of the yaw rate."""
+
+
+def generated(page: str, text: str) -> str:
+    """The text of a page with the list below its mark generated anew."""
+    written_by_hand, mark, _ = text.partition(MARK)
+    assert mark, page
+    return f"{written_by_hand}{mark}\n{LISTS[page]()}\n"
+
+
+def configuration() -> str:
+    """The configuration's values in tables, one for each section."""
+    top, sections = [], []
+    for name, field in Config.model_fields.items():
+        if isinstance(field.default, BaseModel):
+            kind = type(field.default)
+            sections.append(_section(kind, [name]))
+        else:
+            top.append(name)
+    sections += [_section(kind, ["inputs", name]) for name, kind in ENTRIES_OF_INPUTS.items()]
+    return f"## At the top\n\n{_table(Config, [], top)}\n\n" + "\n\n".join(sections)
+
+
+def _section(kind: type[BaseModel], above: list[str]) -> str:
+    return f"## {'.'.join(above)}\n\n{_first(kind)}\n\n{_table(kind, above)}"
+
+
+def _table(kind: type[BaseModel], above: list[str], names: list[str] | None = None) -> str:
+    rows = ["| name | default | what |", "|---|---|---|"]
+    for name, field in kind.model_fields.items():
+        if names is None or name in names:
+            default = "needed" if field.default is PydanticUndefined else f"`{_written(field.default)}`"
+            what = f"{field.description or ''}{_bounds(field.metadata)}".replace("|", "\\|").replace("<", "&lt;")
+            rows.append(f"| `{'.'.join([*above, name])}` | {default} | {what} |")
+    return "\n".join(rows)
+
+
+def _written(value: Any) -> str:
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(list(value)) if isinstance(value, tuple) else str(value) or '""'
+
+
+def _first(kind: type[BaseModel]) -> str:
+    return (kind.__doc__ or "").partition("\n")[0]
+
+
+def commands() -> str:
+    """Every command with its flags, as its help has them."""
+    parts = []
+    for name, command in whole_parser().commands.items():
+        rows = "\n".join(_rows(command))
+        parts.append(f"## {name}\n\n{command.description}\n\n```\n{command.example}\n```\n\n{rows}")
+        for inner, below in command.commands.items():
+            parts.append(f"### {name} {inner}\n\n" + "\n".join(_rows(below)))
+    return "\n\n".join(parts)
+
+
+def _rows(parser: Parser) -> list[str]:
+    rows = ["| | |", "|---|---|"]
+    for action in parser._actions:
+        if isinstance(action, argparse._HelpAction | argparse._SubParsersAction):
+            continue
+        value = action.metavar or ("{" + ",".join(map(str, action.choices)) + "}" if action.choices else action.dest)
+        values = " ".join(value) if isinstance(value, tuple) else value
+        flags = ", ".join(action.option_strings)
+        shown = flags if action.nargs == 0 else f"{flags} {values}".strip()
+        rows.append(f"| `{shown}` | {(action.help or '') % {'default': action.default, 'prog': parser.prog}} |")
+    return rows if len(rows) > 2 else []
+
+
+LISTS = {"docs/commands.md": commands, "docs/configuration.md": configuration}
+"""The pages with a generated list, and what generates it."""
