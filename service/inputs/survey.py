@@ -66,7 +66,7 @@ class Survey:
         found = dict(self.mapper.missing)
         for name in (RATE, TORQUE):
             if name not in self.records and name not in found:
-                found[name] = f"no {QUANTITY_WORDS[name]} arrived on {', '.join(self._keys_of(name)) or 'any key'}"
+                found[name] = f"{QUANTITY_WORDS[name]} has not arrived on {', '.join(self._keys_of(name)) or 'any key'}"
         if self.mapper.armed is None and self.mapper.why_not is not None:
             found["armed"] = self.mapper.why_not
         return found
