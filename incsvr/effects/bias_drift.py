@@ -19,15 +19,13 @@ class BiasDrift(Effect):
     )
     acts = "outside"
     needs_clock = True
+    parameter_names = ("nm_per_s", "start_nm")
 
     def width(self, inner: tuple[float, ...]) -> int:
         return 2
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(-(s.time - s.origin[0]), -np.ones(len(s)))
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"nm_per_s": term.coefficients[0], "start_nm": term.coefficients[1]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         drifted = abs(term.coefficients[0]) * (s.origin[1] - s.origin[0])

@@ -16,12 +16,10 @@ class BiasTorque(Effect):
     sentence = "a constant {name} {moment} N₀ acts beside the thrusters: trim, a bent fin or a thruster offset"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 12 (bias moments)"
     acts = "outside"
+    parameter_names = ("moment_nm",)
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(-np.ones(len(s)))
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"moment_nm": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         largest = float(np.max(np.abs(s.torque)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -27,6 +27,7 @@ class Coulomb(Effect):
     acts = "motion"
     multiplicity = 2.0
     dry_friction = True
+    parameter_names: ClassVar[tuple[str, ...]] = ("moment_nm",)
 
     def __init__(self, variant: Literal["", "sharp"]) -> None:
         self.variant = variant
@@ -37,9 +38,6 @@ class Coulomb(Effect):
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(np.tanh(s.rate / inner[-1]))
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"moment_nm": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         return "the friction would drive the turn" if term.coefficients[0] <= 0.0 else ""

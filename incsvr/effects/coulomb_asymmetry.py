@@ -21,6 +21,7 @@ class CoulombAsymmetry(Coulomb):
 
     name = "coulomb_asymmetry"
     sentence = "dry (Coulomb) friction that differs with the direction of the turn"
+    parameter_names = ("moment_forward_nm", "moment_backward_nm")
 
     def width(self, inner: tuple[float, ...]) -> int:
         return 2
@@ -28,10 +29,6 @@ class CoulombAsymmetry(Coulomb):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         both = super().columns(s, inner, coefficients)[:, 0]
         return stack(np.maximum(both, 0.0), np.minimum(both, 0.0))
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        forward, backward = term.coefficients
-        return {"moment_forward_nm": forward, "moment_backward_nm": backward}
 
     def implausible(self, term: Term, s: Signals) -> str:
         return "the friction would drive the turn" if min(term.coefficients) <= 0.0 else ""

@@ -18,6 +18,7 @@ class CrossFlow(Effect):
     sentence = "the damping grows with the size of another velocity: cross-flow drag, or damping by speed"
     source = "O. M. Faltinsen, Sea Loads on Ships and Offshore Structures, 1990; T. I. Fossen, 2011, ch. 6 (N_|v|r)"
     acts = "motion"
+    parameter_names = ("coefficient",)
 
     def __init__(self, channel: str) -> None:
         self.name = f"cross_flow:{channel}"
@@ -25,9 +26,6 @@ class CrossFlow(Effect):
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(np.abs(s.channels[self.channels[0]]) * s.rate)
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"coefficient": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         return "the other velocity would drive the turn" if term.coefficients[0] <= 0.0 else ""

@@ -28,6 +28,7 @@ class DeadZone(Effect):
     searched = True
     fixed_coefficient = True
     multiplicity = 12.0
+    parameter_names = ("half_width_nm",)
 
     def __init__(self, variant: Literal["shifted", "step"]) -> None:
         self.variant = variant
@@ -43,9 +44,6 @@ class DeadZone(Effect):
     def nudge(self, s: Signals, k: int) -> float:
         # a step's edge passes commands one by one: so many must change sides that their number is a slope
         return 0.02 * float(np.quantile(np.abs(s.torque), 0.99)) if self.variant == "step" else 0.0
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"half_width_nm": term.inner[-1]}
 
     def below_relevance(self, term: Term, s: Signals) -> str:
         if term.inner[-1] < NOISE_DEVIATIONS * s.torque_noise:

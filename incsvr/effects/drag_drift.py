@@ -17,12 +17,10 @@ class DragDrift(Effect):
     source = "M. P. Schultz, Biofouling 23(5), 2007 (drag of fouled hulls)"
     acts = "damping"
     needs_clock = True
+    parameter_names = ("fraction",)
 
     def small(self, s: Signals, term: Term) -> float:
         return 0.02
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"fraction": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         fraction = term.coefficients[0]

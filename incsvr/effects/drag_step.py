@@ -22,6 +22,7 @@ class DragStep(Effect):
     searched = True
     multiplicity = 25.0
     needs_clock = True
+    parameter_names = ("fraction", "at_s")
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         low, high = self.bounds(s)
@@ -41,9 +42,6 @@ class DragStep(Effect):
         # one block wide, so that the search over the instant is smooth
         after: Array = np.clip((s.time - at) / s.block + 0.5, 0.0, 1.0)
         return after
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"fraction": term.coefficients[0], "at_s": term.inner[-1]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         fraction = term.coefficients[0]

@@ -8,7 +8,6 @@ damping (`factor`), or takes a moment (`columns`, the moment for each coefficien
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal
@@ -36,7 +35,7 @@ class Term:
     inner: tuple[float, ...] = ()
 
 
-class Effect(ABC):
+class Effect:
     """One physical effect; stateless.
 
     Attributes:
@@ -58,6 +57,7 @@ class Effect(ABC):
         dry_friction: whether it is a friction of constant size, which can hold the vehicle.
         lingers: whether what it takes depends on the past of the command or the rate.
         needs_clock: whether it refers to the recording's absolute time.
+        parameter_names: what the contract calls its parameters, where each is a number that is fitted.
     """
 
     name: str
@@ -77,6 +77,7 @@ class Effect(ABC):
     dry_friction: ClassVar[bool] = False
     lingers: ClassVar[bool] = False
     needs_clock: bool = False
+    parameter_names: ClassVar[tuple[str, ...]] = ()
 
     @property
     def key(self) -> str:
@@ -138,9 +139,14 @@ class Effect(ABC):
         """(n,) factor on d(r); for `acts == "damping"`."""
         raise NotImplementedError(f"{self.key} does not scale the damping")
 
-    @abstractmethod
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        """The contract's parameters of a fitted term; `inertia` is the declared one [kg m²]."""
+        """The contract's parameters of a fitted term; `inertia` is the declared one [kg m²].
+
+        By `parameter_names` the coefficients that are not one by nature, and the last inner parameter where it is
+        searched.
+        """
+        fitted = () if self.fixed_coefficient else term.coefficients
+        return dict(zip(self.parameter_names, fitted + term.inner[-1:] * self.searched, strict=True))
 
     def implausible(self, term: Term, s: Signals) -> str:
         """The reason why physics forbids this term; empty if it does not."""

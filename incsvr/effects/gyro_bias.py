@@ -26,6 +26,7 @@ class GyroBias(Effect):
     sentence = "the gyro's zero is off: it shows a constant rate where the vehicle does not turn, and no {moment} acts"
     source = "J. A. Farrell, Aided Navigation, 2008, ch. 11 (gyro bias)"
     acts = "motion"
+    parameter_names = ("rate_rad_s",)
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         """A rate small beside the fastest turn [rad/s], to either side of which the damping's slope is taken."""
@@ -34,9 +35,6 @@ class GyroBias(Effect):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         beside = max(inner[0], 1e-9)
         return stack((s.drag_at(s.rate - beside) - s.drag_at(s.rate + beside)) / (2.0 * beside))
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"rate_rad_s": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         part = abs(term.coefficients[0]) / float(np.quantile(np.abs(s.rate), 0.99))

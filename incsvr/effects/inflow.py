@@ -23,6 +23,7 @@ class Inflow(Effect):
     )
     source = "B. Wehbe et al., IROS 2017, Section IV-A; T. I. Fossen, 1994, ch. 4 (bilinear thruster model)"
     acts = "motion"
+    parameter_names = ("coefficient",)
 
     def __init__(self, variant: Literal["", "loaded"]) -> None:
         self.variant = variant
@@ -30,9 +31,6 @@ class Inflow(Effect):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         size = np.abs(s.applied)
         return stack(s.rate * (size if self.variant else np.sqrt(size)))
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"coefficient": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         return "motion along the thrust would add to it" if term.coefficients[0] <= 0.0 else ""

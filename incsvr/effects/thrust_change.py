@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 
 import numpy as np
 
@@ -22,7 +22,7 @@ EDGE_SHARE = 0.04
 """Part of the recordings at either end within which no step is sought."""
 
 
-class _ThrustOfTime(Effect):
+class _ThrustOfTime(Effect, ABC):
     """a = (1 + f p) τ with p from 0 to 1 over time."""
 
     acts = "thrust"
@@ -66,6 +66,7 @@ class ThrustStep(_ThrustOfTime):
     source = "G. Antonelli, Underwater Robots, 2014, ch. 4 (faults of thrusters)"
     searched = True
     multiplicity = 25.0
+    parameter_names = ("fraction", "at_s")
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         return [(float(at),) for at in np.linspace(*self.bounds(s), 25)]
@@ -80,9 +81,6 @@ class ThrustStep(_ThrustOfTime):
     def progress(self, s: Signals, inner: tuple[float, ...]) -> Array:
         return np.asarray(np.clip((s.time - inner[-1]) / s.block + 0.5, 0.0, 1.0))
 
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"fraction": term.coefficients[0], "at_s": term.inner[-1]}
-
 
 class ThrustDrift(_ThrustOfTime):
     """A supply that sags with its charge: the thrust drifts over the fitted recordings."""
@@ -90,9 +88,7 @@ class ThrustDrift(_ThrustOfTime):
     name = "thrust_drift"
     sentence = "the thrust drifts over the recording, as with the charge of a battery"
     source = "A. J. Healey et al., IEEE J. Oceanic Eng. 20(4), 1995 (motor voltage and thrust)"
+    parameter_names = ("fraction",)
 
     def progress(self, s: Signals, inner: tuple[float, ...]) -> Array:
         return s.progress
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"fraction": term.coefficients[0]}

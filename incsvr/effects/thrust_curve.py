@@ -30,6 +30,7 @@ class ThrustCurve(Effect):
     searched = True
     fixed_coefficient = True
     multiplicity = 8.0
+    parameter_names = ("exponent",)
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         top = float(np.quantile(np.abs(s.torque), 0.999))
@@ -37,9 +38,6 @@ class ThrustCurve(Effect):
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         return 0.4, 3.0
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"exponent": term.inner[-1]}
 
     def below_relevance(self, term: Term, s: Signals) -> str:
         if abs(term.inner[-1] - 1.0) < THRUST_EXPONENT_ERROR:

@@ -22,6 +22,7 @@ class TorqueDelay(Effect):
     stage = 0
     from_start = True
     lingers = True
+    parameter_names = ("delay_s",)
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         return [(float(delay),) for delay in np.geomspace(0.25 * s.step, MAX_DELAY_SETTLINGS * s.settling, 6)]
@@ -31,9 +32,6 @@ class TorqueDelay(Effect):
 
     def nudge(self, s: Signals, k: int) -> float:
         return 0.05 * s.step
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"delay_s": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         if term.coefficients[0] > MAX_DELAY_SETTLINGS * s.settling:

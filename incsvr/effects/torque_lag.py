@@ -26,6 +26,7 @@ class TorqueLag(Effect):
     from_start = True
     lingers = True
     ties = ("gyro_lag",)
+    parameter_names = ("time_constant_s",)
 
     def __init__(self, variant: Literal["moment", "rotor speed"]) -> None:
         self.variant = variant
@@ -38,9 +39,6 @@ class TorqueLag(Effect):
 
     def nudge(self, s: Signals, k: int) -> float:
         return 0.05 * s.step
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"time_constant_s": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         return "the rotor would be slower than the vehicle" if term.coefficients[0] > s.settling else ""

@@ -49,6 +49,7 @@ class Saturation(Effect):
     searched = True
     fixed_coefficient = True
     multiplicity = 12.0
+    parameter_names = ("limit_nm",)
 
     def __init__(self, variant: Literal["limit", "rounded corner", "smooth limit"]) -> None:
         self.variant = variant
@@ -78,9 +79,6 @@ class Saturation(Effect):
             0.0, TABLE_LIMITS * limit / TABLE_CELL_COUNT, _over(even - limit, width) - _over(-even - limit, width)
         )
         return np.asarray(np.copysign(np.maximum(inside(size), size - limit), command))
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"limit_nm": term.inner[-1]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         largest = np.abs(s.torque)
@@ -120,12 +118,10 @@ class SoftSaturation(Effect):
     source = "A. J. Healey et al., IEEE J. Oceanic Eng. 20(4), 1995 (thruster models with voltage sag)"
     acts = "thrust"
     stage = 2
+    parameter_names = ("coefficient",)
 
     def small(self, s: Signals, term: Term) -> float:
         return 0.02 / max(float(np.quantile(np.abs(s.torque), 0.99)), 1e-300)
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"coefficient": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         lost = term.coefficients[0] * float(np.quantile(np.abs(s.torque), 0.99))

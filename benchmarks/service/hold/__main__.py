@@ -13,7 +13,6 @@ from benchmarks.service.hold.day import day
 from benchmarks.service.hold.kills import kills
 from benchmarks.service.hold.restarts import restarts
 from benchmarks.service.hold.row import Row
-from benchmarks.service.hold.sensors import sensors
 from benchmarks.service.hold.strangers import flood, junk, stopped_client
 from benchmarks.service.hold.tracing_kills import tracing_kills
 from benchmarks.study import begin, options
@@ -42,7 +41,6 @@ def _studies(part: float, seed: int) -> dict[str, Callable[[], list[Row]]]:
         "junk": lambda: [junk(of(10_000), seed)],
         "flood": lambda: [flood(max(30.0 * part, 3.0))],
         "stopped": lambda: stopped_client(of(10)),
-        "sensors": lambda: sensors(of(1), seed),
         "day": lambda: [day(max(24.0 * part, 0.5))],
     }
 
