@@ -94,9 +94,13 @@ class Starvation:
         return self._why
 
     def _data_s(self, received: Mapping[str, int], readings: Mapping[str, Reading]) -> float:
-        """The length of both streams since the last sample [s], by their counts: stamps may jump."""
-        before = self._since.received
-        return min((received[name] - before[name]) * (readings[name].period or 0.0) for name in REQUIRED)
+        """The length of both streams since the last sample [s].
+
+        The shorter by their stamps, which may jump, and by their counts, of which some may wait to be taken.
+        """
+        before, newest = self._since.received, _newest(readings)
+        by_count = (((received[name] - before[name]) * (readings[name].period or 0.0)) for name in REQUIRED)
+        return min(*by_count, *(newest.get(name, 0.0) - self._since.t for name in REQUIRED))
 
     def _cause(
         self, now: float, data_s: float, readings: Mapping[str, Reading], rejected: Mapping[str, Mapping[str, int]]

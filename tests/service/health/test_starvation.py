@@ -171,6 +171,20 @@ def test_a_log_that_is_played_at_once_is_starved_by_its_own_time() -> None:
     assert "yaw rate, whose stamps are 36" in states[-1].why
 
 
+def test_what_waits_to_be_taken_starves_nobody() -> None:
+    """Health has heard of ten seconds of data that the learner takes only then."""
+    node = LearnerNode(configured(), boot="b")
+    watch = HealthWatch(node.config.health, started=1000.0, clock=lambda: 1000.0)
+    for begin in np.arange(0.0, 40.0, 10.0):
+        t = np.arange(begin, begin + 10.0, 0.05)
+        for name in ("yaw_rate", "torque"):
+            watch.add_values(name, t, np.sin(t))
+        assert watch.report(node).learning.state == "learning"
+        for name in ("yaw_rate", "torque"):
+            node.push(name, t, np.sin(t))
+        assert watch.report(node).learning.state == "learning"
+
+
 def test_batches_without_evidence_starve_the_learner_by_the_data_s_time() -> None:
     """A zigzag in water that moves the vehicle as much as its torque does, as `incsvr fit` refuses it."""
     mission = play(Mission("zigzag", "rov", 130, duration=600.0))
