@@ -91,6 +91,8 @@ def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     if config.vehicle.file is not None:
         return _play_whole_vehicle(args, config, config.vehicle.file)
+    if args.commands is not None:
+        raise BadInput(f"{args.commands} drives the vehicle of a vehicle file; give one, --vehicle FILE")
     scenario = config.simulation
     if args.torque is not None and scenario.underway is not None:
         raise BadInput("--torque and simulation.underway play two different acts; leave one of them")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +58,19 @@ def refuse_implausible(recording: Recording) -> None:
                 f"plausible ±{limit:g} {unit}; correct it, or give its unit, such as --column "
                 f"{axis.rate}=NAME:{other}"
             )
+
+
+def refuse_twice(recordings: Sequence[Recording]) -> None:
+    """Raises BadInput where two recordings hold the same data, whatever they are called."""
+    seen: dict[tuple[bytes, ...], str] = {}
+    for recording in recordings:
+        content = tuple(values.tobytes() for values in recording.columns.values())
+        if content in seen:
+            raise BadInput(
+                f"{recording.name} holds the same data as {seen[content]}, and data that was fitted proves nothing: "
+                "give each recording once, to fit or to validate"
+            )
+        seen[content] = recording.name
 
 
 def stillness(rate: Array, words: AxisWords) -> str | None:

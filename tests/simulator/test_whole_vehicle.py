@@ -81,6 +81,8 @@ def test_a_log_without_efforts_is_refused_with_the_cure() -> None:
 def test_nothing_is_played_without_commands(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", "--vehicle", str(files / "auv.yaml")]) == 2
     assert "--commands LOG" in capsys.readouterr().err
+    assert main(["simulate", "--commands", str(files / "dive.csv")]) == 2
+    assert "give one, --vehicle FILE" in capsys.readouterr().err
 
 
 @pytest.mark.slow
