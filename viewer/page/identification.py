@@ -65,7 +65,9 @@ class Identification:
         Raises:
             Refused: one is at work, or the log is empty, too large, or broke off.
         """
-        if not 0 < size <= MAX_LOG_BYTES:
+        if size <= 0:
+            raise Refused("the log is empty; choose another file")
+        if size > MAX_LOG_BYTES:
             raise Refused(f"a log of {size / 1e6:.0f} MB is too large; the largest is {MAX_LOG_BYTES / 1e6:.0f} MB")
         if len(columns) > MAX_COLUMNS or any(len(each) > MAX_COLUMN_CHARS for each in columns):
             raise Refused("too many columns are named; name those of the velocities and the efforts alone")
