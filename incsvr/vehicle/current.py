@@ -41,8 +41,8 @@ class Current:
         speed, towards = np.hypot(self.north, self.east), np.degrees(np.arctan2(self.east, self.north)) % 360.0
         return (
             f"the errors of prediction look like those of a steady current of {speed:.2g} m/s towards {towards:.0f}°, "
-            "in which inertias and damping are wrong by more than their intervals: record where the water stands "
-            "still, or the velocity through the water"
+            "in which inertias and damping are wrong by more than their intervals: record in still "
+            "water, or the velocity through the water"
         )
 
 
