@@ -29,6 +29,9 @@ FIRST_STEP_DAMPING = 1e-3
 """Levenberg and Marquardt's damping of the first step."""
 MIN_STEP_DAMPING = 1e-6
 """Levenberg and Marquardt's damping at least."""
+STUCK_STEP_DAMPING = 1.0
+"""The same from which on a fit that settles is stuck: at the instant of a command the likelihood of an offset has a
+kink, and its slope there may lead uphill. The rest is then fitted with the offset where it is."""
 MAX_COLOUR_STEP = 2.0
 """Change of the colour's unbounded numbers in a step at most."""
 COLOUR_PRECISION = 1e-6
@@ -86,7 +89,7 @@ def fit(
     prior = precision(problem, hypothesis, colour)
     errors, response = problem.errors(hypothesis, windows)
     errors = problem.looked_at(errors)
-    white, damping = colour.whiten(errors), FIRST_STEP_DAMPING
+    white, damping, offset_held = colour.whiten(errors), FIRST_STEP_DAMPING, False
     for _ in range(rounds):
         theta, squares = hypothesis.vector, mean_squares(white)
         sigma = scale_of(squares[used])
@@ -95,6 +98,8 @@ def fit(
         flat, wide = (rows * root).reshape(rows.shape[0], -1), prior * (sigma**2 * white.shape[0])
         information = flat @ flat.T + wide
         pull = flat @ (white * root).ravel() + wide[:, :size] @ theta
+        if offset_held:
+            _hold(hypothesis.basis.size, information, pull)
         before = _objective(squares[used], sigma, float(theta @ prior[:size, :size] @ theta))
         for _ in range(STEP_ATTEMPTS):
             diagonal = np.diag(information)
@@ -111,16 +116,27 @@ def fit(
                 break
             damping = 10.0 * max(damping, 1e-2)
         else:
-            break
+            if offset_held:
+                break
+            offset_held, damping = True, FIRST_STEP_DAMPING
+            continue
         damping = max(0.1 * damping, MIN_STEP_DAMPING)
         hypothesis, colour, errors, white, response = tried, tried_colour, tried_errors, tried_white, tried_response
         if before - after < SETTLED_FALL * white.shape[1]:
-            break
+            if offset_held or damping < STUCK_STEP_DAMPING:
+                break
+            offset_held, damping = True, FIRST_STEP_DAMPING
     squares = mean_squares(white)
     sigma = scale_of(squares[used])
     rows = _jacobian(problem, hypothesis, colour, errors, response)
     weight = used * student_weight(squares, sigma)
     return Fit(hypothesis, colour, sigma, white, rows, weight, log_densities(squares, sigma), response)
+
+
+def _hold(number: int, information: Array, pull: Array) -> None:
+    """Takes one of the free numbers out of the equations (p, p) and (p,) of a step: it stays."""
+    information[number], information[:, number], pull[number] = 0.0, 0.0, 0.0
+    information[number, number] = 1.0
 
 
 def held_out_scores(problem: Problem, fitted: Fit, folds: NDArray[np.intp]) -> Array:

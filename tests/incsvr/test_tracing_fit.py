@@ -1,0 +1,42 @@
+"""A fit ends where the likelihood is greatest, wherever it begins."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from incsvr.compensation.fresh_data import as_run
+from incsvr.numerics import Streams
+from incsvr.tracing import innovations
+from incsvr.tracing.fit import fit
+from incsvr.tracing.torque_nature import TorqueNature
+from simulator.missions import Mission, play
+
+COMMANDED = TorqueNature(held=True, noisy=False, closed=True)
+MAX_LOG_LIKELIHOOD_APART = 2.0
+"""Of fits that have settled; of one that is stuck at the kink of the offset it is more than a hundred."""
+
+
+@pytest.fixture(scope="module")
+def streams() -> Streams:
+    """A transit in which nothing happens; each command holds until the next, so that none is late or early."""
+    outcome = play(Mission("transit", "rov", 952, duration=3600.0))
+    whole = outcome.recording.streams()
+    return {name: whole[name] for name in ("yaw_rate", "torque")}
+
+
+@pytest.mark.parametrize("begins", [2700.0, 2400.0])
+def test_the_kink_of_the_offset_stops_no_fit(streams: Streams, begins: float) -> None:
+    part = {
+        name: (t[here], value[here])
+        for name, (t, value) in streams.items()
+        if (here := (t >= begins) & (t < 3000.0)).any()
+    }
+    problem = innovations.pose([as_run(part)], 0.6, [], COMMANDED, thinned=False)
+    scores = [
+        float(np.sum(fit(problem, problem.start, replace(problem.colour, reflection=start)).score))
+        for start in (problem.colour.reflection, (0.0, 0.0), (-0.8, 0.3))
+    ]
+    assert np.ptp(scores) < MAX_LOG_LIKELIHOOD_APART
