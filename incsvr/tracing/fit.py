@@ -99,7 +99,7 @@ def fit(
         information = flat @ flat.T + wide
         pull = flat @ (white * root).ravel() + wide[:, :size] @ theta
         if offset_held:
-            _hold(hypothesis.basis.size, information, pull)
+            _fix(hypothesis.basis.size, information, pull)
         before = _objective(squares[used], sigma, float(theta @ prior[:size, :size] @ theta))
         for _ in range(STEP_ATTEMPTS):
             diagonal = np.diag(information)
@@ -133,8 +133,8 @@ def fit(
     return Fit(hypothesis, colour, sigma, white, rows, weight, log_densities(squares, sigma), response)
 
 
-def _hold(number: int, information: Array, pull: Array) -> None:
-    """Takes one of the free numbers out of the equations (p, p) and (p,) of a step: it stays."""
+def _fix(number: int, information: Array, pull: Array) -> None:
+    """Takes one of the free numbers out of the equations (p, p) and (p,) of a step, which leaves it as it is."""
     information[number], information[:, number], pull[number] = 0.0, 0.0, 0.0
     information[number, number] = 1.0
 
