@@ -47,7 +47,6 @@ def evidence(*scores: Array) -> float:
     return max(max(float(np.max(wealth(each), initial=0.0)) for each in scores) - math.log(len(scores)), 0.0)
 
 
-def final_log_wealth(*scores: Array) -> float:
-    """ln of the W that is there at the end, likewise: later bets on the same may go on from it."""
-    ends = [float(wealth(each)[-1]) if each.size else 0.0 for each in scores]
-    return float(np.logaddexp.reduce(ends)) - math.log(len(scores))
+def final_log_wealth(scores: Array) -> float:
+    """ln of the W that is there at the end: later bets on the same may go on from it."""
+    return float(wealth(scores)[-1]) if scores.size else 0.0

@@ -2,8 +2,10 @@
 
 Two models are fitted to the data before, one with the effects as they were found and one without, and foretell each
 rise of the yaw rate in the fresh data from what is known before it: what that says holds also where a controller closes
-the loop (bets.py). For people, and in open loop for the bets, two learners go over the data before, too, and
-their models run freely over the fresh data, from its first measured yaw rate, with the torque and the channels alone.
+the loop (bets.py). For people, two learners go over the data before, too, and their models run freely over the fresh
+data, from its first measured yaw rate, with the torque and the channels alone. In open loop there are bets on these
+free runs, too, but only against the effects: where a controller answers the water unseen, free runs favour, for
+minutes, effects that are not there.
 """
 
 from __future__ import annotations
@@ -90,9 +92,10 @@ def compare_on_fresh_data(
         _torque_error(streams, fresh, signals, model, freed_of)
         for model, freed_of in ((plain_model, without), (better_model, effects))
     )
-    scores = [score(told.gains)]
+    scores = score(told.gains)
+    against = [-scores]
     if not closed:
-        scores.append(_free_scores(plain, better, max(round(FREE_RUN_BLOCK_SCALES * effects.model.scale / step), 1)))
+        against.append(-_free_scores(plain, better, max(round(FREE_RUN_BLOCK_SCALES * effects.model.scale / step), 1)))
     return Comparison(
         rms(plain),
         change.estimate,
@@ -101,9 +104,9 @@ def compare_on_fresh_data(
         turned,
         torque_without,
         torque_with,
-        evidence=evidence(*scores),
-        against=evidence(*(-each for each in scores)),
-        won=final_log_wealth(*scores),
+        evidence=evidence(scores),
+        against=evidence(*against),
+        won=final_log_wealth(scores),
     )
 
 

@@ -52,6 +52,16 @@ def test_effects_that_the_vehicle_does_not_have_are_refused_and_withdrawn() -> N
     assert in_force(found) == "withdrawn"
 
 
+def test_free_runs_count_against_effects_and_never_for_them(streams: Streams) -> None:
+    """Here they favour the true effects beyond doubt; in a loop that is taken for open they favour others, too."""
+    in_loop, by_itself = (
+        compare_on_fresh_data(streams, 200.0, SignalSettings(), Settings(), None, TRUE, closed)
+        for closed in (True, False)
+    )
+    assert by_itself.high < 0.0
+    assert (by_itself.evidence, by_itself.won) == (in_loop.evidence, in_loop.won)
+
+
 @pytest.mark.slow
 def test_effects_are_compared_with_those_in_force(streams: Streams) -> None:
     assert on_trial(compared(streams, TRUE, TRUE)) == "refused"
