@@ -88,10 +88,10 @@ def answer(args: argparse.Namespace) -> Comparison:
         if dive_table.is_dive_table(path):
             raise BadInput(f"{path}: is a table of dives, which only the command incsvr compare takes; give logs")
     reading = Reading.of(args, read_config(args.config))
-    recordings = [reading.of_one(path) for path in args.dives]
+    recordings = [reading.of_body([path])[0] for path in args.dives]
     for recording in recordings:
         refuse_implausible(recording)
-    streams = [recording.streams() for recording in recordings]
+    streams = [recording.body_streams() for recording in recordings]
     step = on_grid(streams).step
     motions = [on_grid([each], step) for each in streams]
     compared = compare(motions, [recording.name for recording in recordings], declared(args.mass_matrix))

@@ -72,12 +72,12 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
     if not is_name(args.name):
         raise BadInput("--name: give the vehicle a name of one line")
     reading = Reading.of(args, read_config(args.config))
-    runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
+    runs, unseen = reading.of_body(args.recordings), reading.whole.of_body(args.validate)
     refuse_twice([*runs, *unseen])
     for run in (*runs, *unseen):
         refuse_implausible(run)
-    motion = on_grid([run.streams() for run in runs])
-    test = on_grid([run.streams() for run in unseen], motion.step) if unseen else None
+    motion = on_grid([run.body_streams() for run in runs])
+    test = on_grid([run.body_streams() for run in unseen], motion.step) if unseen else None
     if test is not None:
         _refuse_other_axes(motion, test, unseen)
     notes = tuple(dict.fromkeys(note for run in (*runs, *unseen) for note in run.notes))

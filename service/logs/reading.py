@@ -14,6 +14,7 @@ from service.inputs.column_spec import ColumnSpec, parse_columns
 from service.inputs.measured_streams import MeasuredStreams, measure, topics_read
 from service.inputs.owners import system_of
 from service.inputs.presets import Observation, Proposal, propose
+from service.inputs.presets.columns import time_column
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import Inputs, Source, StampUnit
 from service.inputs.stamp_fields import usual_stamp
@@ -136,10 +137,11 @@ def _stamped(proposal: Proposal, found: Inputs, said: ColumnSpec, log: Log) -> P
     stamps = {name: stamp for name, stamp in usual.items() if stamp[0]} | stamps
     if [topic.name for topic in log.topics] == [ROWS]:
         table = log.read([ROWS])[ROWS]
-        stamp = said.stamp or stamps.get(ROWS, ("", "s"))[0]
+        by_name = stamps.get(ROWS) or time_column(log.topics[0].fields) or ("", "s")
+        stamp = said.stamp or by_name[0]
         if stamp:
             missing.pop("t", None)
-            unit, note = _unit(said, stamp, stamps.get(ROWS, ("", "s"))[1], table)
+            unit, note = _unit(said, stamp, by_name[1], table)
             stamps = {ROWS: (stamp, unit)}
             notes += note
             if armed is not None and armed.topic == ROWS:

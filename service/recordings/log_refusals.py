@@ -46,7 +46,7 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words
 
 def refuse_implausible(recording: Recording) -> None:
     """Raises BadInput where a velocity of any axis is one that no vehicle has: a wild value, or one in another unit."""
-    streams = recording.streams()
+    streams = recording.body_streams()
     for axis in AXES.values():
         time, values = streams.get(axis.rate, (np.empty(0), np.empty(0)))
         limit = WILD_FACTOR * axis.fastest

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from service.inputs.presets.proposal import Observation, Proposal, first
 from service.inputs.settings import Inputs, Source, StampedBy, StampUnit
@@ -34,8 +35,8 @@ def proposal(observed: Observation) -> Proposal | None:
     if table is None:
         return None
     named = {field: _parts(field) for field in table.fields}
-    time = _pick(named, _TIMES)
-    stamp = StampedBy() if time is None else StampedBy(stamp=time, stamp_unit=_stamp_unit(named[time][1]))
+    time = time_column(table.fields)
+    stamp = StampedBy() if time is None else StampedBy(stamp=time[0], stamp_unit=time[1])
     missing = {}
     found: dict[str, Source | None] = {}
     for name, names in (("yaw_rate", _RATES), ("torque", _TORQUES)):
@@ -52,6 +53,13 @@ def proposal(observed: Observation) -> Proposal | None:
         missing["t"] = "no column is recognised as the time; name it: --column t=COLUMN:ms"
     reasons = {name: (f"{name} is the column {each.field!r}, by its name",) for name, each in found.items() if each}
     return Proposal(Inputs(yaw_rate=found["yaw_rate"], torque=found["torque"]), missing=missing, reasons=reasons)
+
+
+def time_column(fields: Sequence[str]) -> tuple[str, StampUnit] | None:
+    """The column of the time and its unit, by its name; None where no name is known."""
+    named = {field: _parts(field) for field in fields}
+    time = _pick(named, _TIMES)
+    return None if time is None else (time, _stamp_unit(named[time][1]))
 
 
 def _parts(field: str) -> tuple[str, str]:

@@ -20,6 +20,8 @@ from simulator.six_degrees import EFFORTS, NAMES, RATES, swim, torpedo
 from tests.viewer.test_report import Text
 from viewer.report.figures import number
 
+SURGE = ("surge", "surge_force")
+
 
 @pytest.fixture(scope="module")
 def dives(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -61,6 +63,29 @@ def test_the_report_shows_parameters_errors_and_a_free_run_and_loads_nothing(div
     assert "Heave: no heave was recorded" in words
     assert text.count("<svg") == 3, "a free run of each axis"
     assert not report.loads
+
+
+@pytest.mark.parametrize("names", [("surge", "surge_force"), ("u", "thrust")])
+def test_a_log_of_one_axis_without_yaw_is_identified(
+    names: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rng = np.random.default_rng(52)
+    time, force = np.arange(0.0, 120.0, 0.05), np.repeat(rng.choice([-40.0, -20.0, 0.0, 20.0, 40.0], 30), 80)
+    surge = np.zeros(time.size)
+    for k, push in enumerate(force[:-1].tolist()):
+        u = surge[k]
+        for _ in range(10):
+            u += 0.005 * (push - 8.0 * u - 25.0 * u * abs(u)) / 60.0
+        surge[k + 1] = u
+    rows = np.column_stack([time, surge + rng.normal(0.0, 0.003, time.size), force])
+    log = tmp_path / "ahead.csv"
+    np.savetxt(log, rows, delimiter=",", header=",".join(("t", *names)), comments="")
+    flags = [f"--column={own}={name}" for own, name in zip(SURGE, names, strict=True) if own != name]
+    assert main(["identify", str(log), *flags, "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["axes"]["surge"]["identified"]
+    assert found["axes"]["surge"]["inertia"] == pytest.approx(60.0, rel=0.03)
+    assert found["axes"]["yaw"]["reason"].startswith("no yaw_rate was recorded")
 
 
 def test_a_free_run_that_diverges_is_a_warning_with_its_cure(

@@ -78,6 +78,13 @@ def test_units_signs_and_factors_are_said(tmp_path: Path) -> None:
     np.testing.assert_allclose(doubled, 2.0 * DIVE.rate, atol=1e-7)
 
 
+def test_columns_that_are_named_keep_the_table_s_own_time(tmp_path: Path) -> None:
+    """Also where no other name of the table is recognised."""
+    path = tmp_path / "dive.csv"
+    path.write_text("t,turn,pull\n" + "".join(f"{0.1 * k:.1f},{k % 5},{k % 7}\n" for k in range(50)), encoding="utf-8")
+    np.testing.assert_allclose(read(path, "yaw_rate=turn", "torque=pull", learns=False).time, 0.1 * np.arange(50))
+
+
 def test_units_stand_in_the_names(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     text = rows([f"{1000 * t:.0f}" for t in DIVE.time], scale=180.0 / np.pi)
