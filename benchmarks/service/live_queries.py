@@ -36,11 +36,11 @@ DIVE_S = 300.0
 """Length of the log that is identified [s]."""
 QUESTIONS_A_TURN = 100
 """Questions that are asked one after the other, beside the process or without it."""
-ROUNDS = 1000
+BOOTSTRAP_ROUNDS = 1000
 """Rounds of the bootstrap over pairs of turns."""
 
 Turns = list[list[list[float]]]
-"""Of each pair of turns the times of the questions beside the process, and of those without it [µs]."""
+"""Times of questions [µs]: for each pair of turns a list beside the process, and a list without it."""
 
 
 def measure(pairs: int) -> dict[str, Any]:
@@ -68,7 +68,7 @@ def measure(pairs: int) -> dict[str, Any]:
 def summary(turns: Turns) -> dict[str, Any]:
     """p50 and p99 of both [µs], and the ratio of each with its interval of 95 % by bootstrap over the pairs."""
     both, random = np.array(turns), np.random.default_rng(1)
-    drawn = random.integers(len(both), size=(ROUNDS, len(both)))
+    drawn = random.integers(len(both), size=(BOOTSTRAP_ROUNDS, len(both)))
     found: dict[str, Any] = {"pairs": len(both)}
     for percent in (50, 99):
         beside, without = (float(np.percentile(both[:, side], percent)) for side in (0, 1))

@@ -30,8 +30,8 @@ FIRST_STEP_DAMPING = 1e-3
 MIN_STEP_DAMPING = 1e-6
 """Levenberg and Marquardt's damping at least."""
 STUCK_STEP_DAMPING = 1.0
-"""The same from which on a fit that settles is stuck: at the instant of a command the likelihood of an offset has a
-kink, and its slope there may lead uphill. The rest is then fitted with the offset where it is."""
+"""Levenberg and Marquardt's damping from which on a fit that settles is stuck: at the instant of a command the
+likelihood of an offset has a kink, where its slope may lead uphill. The rest is then fitted with the offset fixed."""
 MAX_COLOUR_STEP = 2.0
 """Change of the colour's unbounded numbers in a step at most."""
 COLOUR_PRECISION = 1e-6
@@ -89,7 +89,7 @@ def fit(
     prior = precision(problem, hypothesis, colour)
     errors, response = problem.errors(hypothesis, windows)
     errors = problem.looked_at(errors)
-    white, damping, offset_held = colour.whiten(errors), FIRST_STEP_DAMPING, False
+    white, damping, offset_fixed = colour.whiten(errors), FIRST_STEP_DAMPING, False
     for _ in range(rounds):
         theta, squares = hypothesis.vector, mean_squares(white)
         sigma = scale_of(squares[used])
@@ -98,7 +98,7 @@ def fit(
         flat, wide = (rows * root).reshape(rows.shape[0], -1), prior * (sigma**2 * white.shape[0])
         information = flat @ flat.T + wide
         pull = flat @ (white * root).ravel() + wide[:, :size] @ theta
-        if offset_held:
+        if offset_fixed:
             _fix(hypothesis.basis.size, information, pull)
         before = _objective(squares[used], sigma, float(theta @ prior[:size, :size] @ theta))
         for _ in range(STEP_ATTEMPTS):
@@ -116,16 +116,16 @@ def fit(
                 break
             damping = 10.0 * max(damping, 1e-2)
         else:
-            if offset_held:
+            if offset_fixed:
                 break
-            offset_held, damping = True, FIRST_STEP_DAMPING
+            offset_fixed, damping = True, FIRST_STEP_DAMPING
             continue
         damping = max(0.1 * damping, MIN_STEP_DAMPING)
         hypothesis, colour, errors, white, response = tried, tried_colour, tried_errors, tried_white, tried_response
         if before - after < SETTLED_FALL * white.shape[1]:
-            if offset_held or damping < STUCK_STEP_DAMPING:
+            if offset_fixed or damping < STUCK_STEP_DAMPING:
                 break
-            offset_held, damping = True, FIRST_STEP_DAMPING
+            offset_fixed, damping = True, FIRST_STEP_DAMPING
     squares = mean_squares(white)
     sigma = scale_of(squares[used])
     rows = _jacobian(problem, hypothesis, colour, errors, response)

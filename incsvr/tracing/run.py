@@ -94,24 +94,6 @@ def check(runs: Sequence[Run]) -> None:
     _check_together(runs)
 
 
-def distinct(runs: Sequence[Run]) -> None:
-    """Refuse the same data given twice: evidence would count double, and what was fitted proves nothing.
-
-    Raises:
-        BadInput: two runs hold the same yaw rate and torque, sample by sample, whatever their names or stamps are.
-    """
-    seen: dict[tuple[bytes, bytes], str] = {}
-    for run in runs:
-        content = run.yaw_rate.tobytes(), run.torque.tobytes()
-        if content in seen:
-            same = "is given twice" if run.name == seen[content] else f"holds the same data as {seen[content]}"
-            raise BadInput(
-                f"{run.name} {same}, and data that was fitted proves nothing: give each recording once, to fit or to "
-                "validate"
-            )
-        seen[content] = run.name
-
-
 def sample_period(runs: Sequence[Run], of: Literal["yaw_rate", "torque"]) -> float:
     """Median time between two samples of a stream, over all runs together [s]."""
     steps = [np.diff(stream(run, run.yaw_rate if of == "yaw_rate" else run.torque)[0]) for run in runs]

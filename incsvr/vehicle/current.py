@@ -16,10 +16,10 @@ from incsvr.vehicle.fitting import Fit, Windows, normal_equations
 from incsvr.vehicle.intervals import Scatter
 from incsvr.vehicle.motion import WholeMotion
 
-TRIED_M_S = 0.02
-"""Current by whose effect on the errors their slope is taken [m/s]: a tenth of one that matters."""
-CHANCE = 1e-4
-"""Chance of a current as clear as that where there is none, below which it is named."""
+CURRENT_STEP_M_S = 0.02
+"""The current whose effect on the errors gives their slope [m/s]: a tenth of one that matters."""
+MAX_FALSE_CURRENT_CHANCE = 1e-4
+"""The chance that errors without a current look like a current as clear, below which the current is named."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,18 +61,16 @@ def suspected_current(windows: Windows, fitted: Fit) -> Current | None:
     # The errors of blocks scatter by chance; what windows that err alike would give keeps them from being too small.
     covariance = moved.T @ moved * (1.0 - 1.0 / moved.shape[0]) + scatter.inverse[-2:, -2:]
     p_value = float(chi2.sf(step @ np.linalg.solve(covariance, step), 2))
-    return Current(float(step[0]), float(step[1]), p_value) if p_value < CHANCE else None
+    return Current(float(step[0]), float(step[1]), p_value) if p_value < MAX_FALSE_CURRENT_CHANCE else None
 
 
 def _slope(windows: Windows, fitted: Fit, north: float, east: float) -> Array:
     """∂error/∂current along a direction, (windows, cells, axes)."""
-    found = [
-        replace(windows, motion=_through_water(windows.motion, side * TRIED_M_S * np.array([north, east, 0.0]))).errors(
-            fitted.structure, fitted.parameters[None]
-        )[0]
-        for side in (-1.0, 1.0)
-    ]
-    return np.asarray((found[1] - found[0]) / (2.0 * TRIED_M_S))
+    current, found = CURRENT_STEP_M_S * np.array([north, east, 0.0]), []
+    for side in (-1.0, 1.0):
+        moved = replace(windows, motion=_through_water(windows.motion, side * current))
+        found.append(moved.errors(fitted.structure, fitted.parameters[None])[0])
+    return np.asarray((found[1] - found[0]) / (2.0 * CURRENT_STEP_M_S))
 
 
 def _through_water(motion: WholeMotion, current: Array) -> WholeMotion:

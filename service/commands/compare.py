@@ -23,7 +23,8 @@ from service.commands.identify import declared
 from service.commands.other_velocities import MASS_MATRIX_HELP
 from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.sources import read as read_config
-from service.recordings.log_refusals import refuse_implausible
+from service.recordings.body_reading import read_body
+from service.recordings.log_refusals import refuse_implausible, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
 
 MAX_LINES = 40
@@ -88,7 +89,8 @@ def answer(args: argparse.Namespace) -> Comparison:
         if dive_table.is_dive_table(path):
             raise BadInput(f"{path}: is a table of dives, which only the command incsvr compare takes; give logs")
     reading = Reading.of(args, read_config(args.config))
-    recordings = [reading.of_body([path])[0] for path in args.dives]
+    recordings = [read_body(reading, [path])[0] for path in args.dives]
+    refuse_twice(recordings)
     for recording in recordings:
         refuse_implausible(recording)
     streams = [recording.body_streams() for recording in recordings]

@@ -21,6 +21,7 @@ from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.sources import read as read_config
 from service.config.vehicle_entries import is_name
 from service.config.vehicle_file import write_vehicle
+from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import refuse_implausible, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
@@ -72,7 +73,7 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
     if not is_name(args.name):
         raise BadInput("--name: give the vehicle a name of one line")
     reading = Reading.of(args, read_config(args.config))
-    runs, unseen = reading.of_body(args.recordings), reading.whole.of_body(args.validate)
+    runs, unseen = read_body(reading, args.recordings), read_body(reading.whole, args.validate)
     refuse_twice([*runs, *unseen])
     for run in (*runs, *unseen):
         refuse_implausible(run)

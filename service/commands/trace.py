@@ -15,7 +15,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
-from incsvr.tracing.run import Run, distinct
+from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline
 from service.cli.output import add_json_argument, destination, emit
 from service.cli.progress import progress
@@ -30,6 +30,7 @@ from service.commands.trace_text import text
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.recordings import declared_inertia
+from service.recordings.log_refusals import refuse_twice
 from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
@@ -90,7 +91,7 @@ def _traced(
 ) -> tuple[Trace, OtherVelocities, tuple[Part, ...]]:
     runs = reading.of_all(args.recordings)
     recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
-    distinct(runs_of(recordings))
+    refuse_twice(recordings)
     of_file = config if args.config else None
     coupled = other_velocities.coupled_axis(args.mass_matrix, of_file, reading.axis, recordings)
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, recordings[:fitted], args.torque, coupled)

@@ -283,8 +283,7 @@ class LearnerNode:
             "t": self.served.t,
         } | ({} if self.thrust is None else {"thrust": self.thrust.to_dict()})
         if whole:
-            known["on_the_way"] = self.batches.to_dict()
-            known["forecast"] = self.stand_in.to_dict()
+            known |= {"on_the_way": self.batches.to_dict(), "forecast": self.stand_in.to_dict()}
         return known
 
     def coefficients(self) -> wire.Coefficients:

@@ -11,6 +11,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.words import AxisWords
+from incsvr.signals import REQUIRED
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.measured_streams import MeasuredStreams
@@ -61,14 +62,23 @@ def refuse_implausible(recording: Recording) -> None:
 
 
 def refuse_twice(recordings: Sequence[Recording]) -> None:
-    """Raises BadInput where two recordings hold the same data, whatever they are called."""
+    """Refuses the same data given twice: evidence would count double, and data that was fitted proves nothing.
+
+    Raises:
+        BadInput: two recordings hold the same velocity and effort, or where these are constant the same of everything,
+            sample by sample, whatever their names, stamps and further channels are.
+    """
     seen: dict[tuple[bytes, ...], str] = {}
     for recording in recordings:
-        content = tuple(values.tobytes() for values in recording.columns.values())
+        own = [recording.columns[name] for name in REQUIRED]
+        if not any(np.ptp(values[~np.isnan(values)]) > 0.0 for values in own):
+            own = list(recording.columns.values())
+        content = tuple(values.tobytes() for values in own)
         if content in seen:
+            same = f"holds the same data as {seen[content]}" if recording.name != seen[content] else "is given twice"
             raise BadInput(
-                f"{recording.name} holds the same data as {seen[content]}, and data that was fitted proves nothing: "
-                "give each recording once, to fit or to validate"
+                f"{recording.name} {same}, and data that was fitted proves nothing: give each recording once, to fit "
+                "or to validate"
             )
         seen[content] = recording.name
 

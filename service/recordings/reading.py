@@ -21,7 +21,6 @@ from service.inputs.arming import Spans, arming_spans, is_within
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.settings import Inputs, Preset, Source
-from service.inputs.table import ROWS
 from service.logs import Log, open_any
 from service.logs import reading as logs
 from service.logs.cutting import ARMED_CHANNEL, WHOLE_LOG, Cut, EmptyCut, Span, add_cut_arguments, empty_cut, since_1970
@@ -115,18 +114,6 @@ class Reading:
             found[0] = replace(found[0], notes=(*found[0].notes, *notes))
         return found
 
-    def of_body(self, paths: Sequence[Path]) -> list[Recording]:
-        """As `of_all`; tables without yaw rate or torque are read as ones of an axis whose own columns they have."""
-        try:
-            return self.of_all(paths)
-        except BadInput:
-            axis = _axis_of_columns(paths[0], self.description)
-            if axis is None:
-                raise
-        columns = tuple(of_axis(text, axis) for text in self.description.columns)
-        description = replace(self.description, columns=columns)
-        return replace(self, axis=axis, rate_limit=axis.fastest, description=description).of_all(paths)
-
     def _of_dive(self, dive: Dive) -> Recording:
         ours = self.description == NO_DESCRIPTION and all(is_ours(part.path, self.axis) for part in dive.parts)
         if len(dive.parts) == 1:
@@ -214,16 +201,6 @@ class Reading:
                 + (f"; if the vehicle really turns so fast, raise {self.limit_is}" if self.limit_is else "")
             )
         return recording
-
-
-def _axis_of_columns(path: Path, description: LogDescription) -> Axis | None:
-    """The first axis whose velocity and effort are columns of a table that lacks yaw rate or torque; None without."""
-    log = open_any(path)
-    if not {"yaw_rate", "torque"} & logs.describe(log, description).missing.keys():
-        return None
-    there = {field for topic in log.topics if topic.name == ROWS for field in topic.fields}
-    there |= {text.partition("=")[0] for text in description.columns}
-    return next((axis for axis in AXES.values() if axis != YAW and {axis.rate, axis.effort} <= there), None)
 
 
 def _places(inputs: Inputs) -> dict[str, str]:

@@ -63,7 +63,7 @@ def test_what_a_learner_survives(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_tracing_process_that_is_killed_costs_nothing(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(tracing_kills, "LONGEST_S", 1.0)
+    monkeypatch.setattr(tracing_kills, "MAX_KILL_DELAY_S", 1.0)
     hold.main(["--only", "tracing", "--part", "0.04"])
     row = capsys.readouterr().out.splitlines()[-1]
     assert row.startswith("| the tracing process killed at a random moment | 2 | 0 | 0 |")

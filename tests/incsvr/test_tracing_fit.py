@@ -16,7 +16,7 @@ from simulator.missions import Mission, play
 
 COMMANDED = TorqueNature(held=True, noisy=False, closed=True)
 MAX_LOG_LIKELIHOOD_APART = 2.0
-"""Of fits that have settled; of one that is stuck at the kink of the offset it is more than a hundred."""
+"""The largest difference in log likelihood of two fits that have settled; a stuck fit is more than a hundred off."""
 
 
 @pytest.fixture(scope="module")

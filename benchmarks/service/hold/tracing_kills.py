@@ -20,11 +20,11 @@ from simulator.trial import Trial, play
 WINDOW_S, PROOF_S = 240.0, 60.0
 """Window and proof of the tracing [s of data]."""
 PART_S = 60.0
-"""So much of the vehicle's time comes at once [s]; with most of the parts a trace or a proof is due."""
-SPARED = 0.1
-"""Part of the processes that are let be, so that proofs are killed as well as traces."""
-LONGEST_S = 3.0
-"""A kill comes at most so long after the process was seen [s]; one that has ended by then is none."""
+"""Length of a part of the data that is sent at once [s of data]: with most parts a trace or a proof is due."""
+SPARED_SHARE = 0.1
+"""The share of the processes that are not killed, so that traces end and proofs begin, which are killed as well."""
+MAX_KILL_DELAY_S = 3.0
+"""Longest time from the sight of a process to its kill [s]; a process that has ended by then counts as not killed."""
 
 Moment = Callable[[], float | None]
 """How long after it was seen the next process is killed [s]; None lets it be."""
@@ -59,7 +59,7 @@ def tracing_kills(times: int, seed: int) -> Row:
     trial = play(Trial(seed, ("torque_lag",), duration=WINDOW_S + PART_S * (3 * times + 2)))
 
     def some() -> float | None:
-        return None if random.random() < SPARED else float(random.uniform(0.0, LONGEST_S))
+        return None if random.random() < SPARED_SHARE else float(random.uniform(0.0, MAX_KILL_DELAY_S))
 
     killed = _record(trial.recording, trial.inertia, "advise", some, times)
     calm = _record(trial.recording, trial.inertia, "off", lambda: None, times, until=killed.sent)

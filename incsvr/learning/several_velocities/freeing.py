@@ -23,9 +23,9 @@ from incsvr.signals import TORQUE, YAW_RATE, raw
 from incsvr.signals.known_instants import known_at
 from incsvr.signals.samples import Samples
 
-SURFACE_DOUBTS = 2.0
-"""Standard deviations of the surface beyond those of the usual curve that it may be off at a sample, and nobody's
-fault."""
+MAX_SURFACE_DEVIATIONS = 2.0
+"""The error of the surface at a sample, in its standard deviations beyond those of the usual curve, that counts as the
+surface's own and not as a fault of a sensor or a change of the vehicle."""
 
 
 def by_itself(settings: Settings, fastest: Array, known: Samples, batch: Samples, noise: Noise) -> Samples:
@@ -58,7 +58,7 @@ def as_one_curve(model: Model, batch: Samples) -> Samples:
     """
     there, usual = model.at(batch), model.predict(batch.yaw_rate)
     off, more_doubt = batch.damping - there.damping, np.maximum(there.sigma**2 - usual.sigma**2, 0.0)
-    beyond = np.sqrt(np.maximum(off**2 - SURFACE_DOUBTS**2 * more_doubt, 0.0))
+    beyond = np.sqrt(np.maximum(off**2 - MAX_SURFACE_DEVIATIONS**2 * more_doubt, 0.0))
     damping = usual.damping + np.where(there.extrapolated, 0.0, np.copysign(beyond, off))
     kept = dict(batch.raw)
     if raw.TORQUE in kept:  # some checks look at what the torque itself does

@@ -180,9 +180,16 @@ def test_a_wild_velocity_is_refused_with_its_time(
     assert "wild.csv: sway is 900 at 50 s, beyond the plausible ±60 m/s" in capsys.readouterr().err
 
 
-def test_a_dive_that_was_fitted_validates_nothing(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["identify", str(dives / "one.csv"), "--validate", str(dives / "one.csv")]) == 2
-    assert "one.csv holds the same data as one.csv, and data that was fitted proves nothing" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    "words",
+    [("identify", "one", "--validate", "one"), ("compare", "one", "one"), ("fit", "one", "--validate", "one")],
+)
+def test_a_dive_that_is_given_twice_proves_nothing(
+    words: tuple[str, ...], dives: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = [str(dives / "one.csv") if word == "one" else word for word in words]
+    assert main([*given, *(("--inertia", "8") if words[0] == "fit" else ())]) == 2
+    assert "one.csv is given twice, and data that was fitted proves nothing" in capsys.readouterr().err
 
 
 def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from service.state.store import Store
 from tests.service.state.iterations import outcomes
 
 DRAGS = (80.0, 82.0, 81.0, 80.5, 94.0, 93.0)
-"""Of six dives [N m]: it grows by a sixth in the fifth."""
+"""The drags of six dives [N m]: the drag grows by a sixth in the fifth."""
 LINE = DiveLine("yaw", "b", 0.0, 400.0, 400.0, 400.0, 600, 0.15, [], "drag", 0.125, 0.0, 1.7, 24)
 
 

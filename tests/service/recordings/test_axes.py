@@ -86,7 +86,7 @@ def test_without_an_inertia_it_says_how_to_get_one(files: list[str], capsys: pyt
 
 
 def test_fit_of_an_axis_takes_the_settings_of_its_own_learner(files: list[str], tmp_path: Path) -> None:
-    """Of a configuration with a learner an axis, that of the axis, as from a file of its own; written back alike."""
+    """A configuration with a learner for each axis gives the learner of the asked axis, as its own file would."""
     sway = {"vehicle": {"axis": "sway", "inertia": 60, "rate_range": [-0.4, 0.4], "rate_limit": 2}}
     sway |= {"learner": {"gamma": 9.0, "C": 40.0, "epsilon": 1.5}}
     yaw = {"prefix": "auv/yaw", "vehicle": {"axis": "yaw", "inertia": 12, "rate_range": [-1, 1], "rate_limit": 3}}
