@@ -5,7 +5,7 @@
 2. All parameters that a hull may have are fitted together to predictions over the shortest time scale of the motion.
 3. Couplings that parts of the data left out do not need are taken out; rarer terms and lags are added where they pay.
 4. Intervals come from the scatter between blocks; a parameter whose interval is wider than the axis's usual effort is
-   called not excited, with the manoeuvre that would show it.
+   called not excited, an inertia at the edge of its search bound reached, with the manoeuvre that would show it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from incsvr.vehicle.fitting import Fit, Windows, fit_from_afar
 from incsvr.vehicle.held_out import WINDOW_CELLS, judged, parts_in_turns, spread_windows, together
 from incsvr.vehicle.intervals import intervals
 from incsvr.vehicle.manoeuvres import divergences, manoeuvres
-from incsvr.vehicle.model import ASSUMED, DECLARED, ESTIMATED, UNKNOWN, Parameter, Vehicle
+from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, DECLARED, ESTIMATED, UNKNOWN, Parameter, Vehicle
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.scales import Candidate, Scales
 from incsvr.vehicle.selection import MIN_EVIDENCE, LeftOut, extended, parts, reduced
@@ -277,12 +277,15 @@ def _vehicle(
 ) -> Vehicle:
     """The model with its intervals."""
     structure = fitted.structure
-    low, high = intervals(fitted, scales.bounds(structure))
-    rows = zip(fitted.parameters.tolist(), low.tolist(), high.tolist(), fitted.scale.tolist(), strict=True)
-    parameters = [
-        Parameter(value, a, b, ESTIMATED if b - a < 2.0 * max(scale, abs(value)) else UNKNOWN)
-        for value, a, b, scale in rows
-    ]
+    bounds = scales.bounds(structure)
+    low, high = intervals(fitted, bounds)
+    values = np.clip(fitted.parameters, *bounds)
+    at_end = np.isclose(values, bounds[0]) | np.isclose(values, bounds[1])
+    at_end[len(structure.mass) :] = False  # that of damping is zero, as a hull may have it
+    told = high - low < 2.0 * np.maximum(fitted.scale, np.abs(values))
+    origins = np.where(at_end, BOUND_REACHED, np.where(told, ESTIMATED, UNKNOWN))
+    rows = zip(values.tolist(), low.tolist(), high.tolist(), origins.tolist(), strict=True)
+    parameters = [Parameter(*row) for row in rows]
     mass = dict(zip(structure.mass, parameters, strict=False))
     known = {pair: Parameter(value, value, value, DECLARED) for pair, value in declared.items()}
     for k, axis in enumerate(AXES):

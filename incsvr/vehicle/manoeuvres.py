@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from incsvr.plant.axes import AXES
-from incsvr.vehicle.model import ASSUMED, UNKNOWN, Vehicle
+from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, UNKNOWN, Vehicle, mass_unit
 from incsvr.vehicle.terms import LINEAR, QUADRATIC
 from incsvr.vehicle.validation import Errors
 
 
 def manoeuvres(vehicle: Vehicle) -> tuple[str, ...]:
-    """The manoeuvres for the parameters that are not excited."""
+    """The manoeuvres for the parameters that the recordings do not determine."""
     found: list[str] = []
     for (one, other), parameter in vehicle.mass.items():
-        if parameter.origin == UNKNOWN:
-            what = f"the {one} inertia" if one == other else f"the inertia that couples {one} and {other}"
+        what = f"the {one} inertia" if one == other else f"the inertia that couples {one} and {other}"
+        if parameter.origin == BOUND_REACHED:
+            found.append(
+                f"the recordings do not determine {what}: its value, {parameter.value:.4g} {mass_unit(one, other)}, is "
+                f"the bound of the search (bound reached); change the {one} effort in steps, faster than the vehicle "
+                "settles, and record the velocities along all axes that move, or declare it with --mass-matrix"
+            )
+        elif parameter.origin == UNKNOWN:
             found.append(f"{what} is not excited: change the {one} effort in steps, faster than the vehicle settles")
         elif parameter.origin == ASSUMED:
             found.append(

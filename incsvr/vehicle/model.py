@@ -16,8 +16,10 @@ from incsvr.vehicle.structure import Structure
 from incsvr.vehicle.terms import Term
 
 ESTIMATED, DECLARED, ASSUMED, UNKNOWN = "estimated", "declared", "assumed", "not excited"
+BOUND_REACHED = "bound reached"
 """The origin of a parameter. An inertia is assumed where its axis has no actuator, and any scale would do; a
-parameter is not excited where its interval is wider than all of the axis's usual effort."""
+parameter is not excited where its interval is wider than all of the axis's usual effort; an inertia's bound is
+reached where the search ended at its edge, so that the recordings do not determine it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +29,7 @@ class Parameter:
     Attributes:
         value: in SI units.
         low, high: ends of its interval of 95 %; the value itself where it is declared or assumed.
-        origin: estimated, declared, assumed or not excited.
+        origin: estimated, declared, assumed, not excited or bound reached.
     """
 
     value: float

@@ -18,7 +18,8 @@ HEAD = """\
 # The model of a whole vehicle, written by `incsvr identify`: M dν/dt + C(ν) ν + Σ c φ(ν, τ, η) = τ.
 # ν = surge, sway, heave [m/s], roll, pitch and yaw rate [rad/s]; τ the efforts [N], [N m]; SI units throughout.
 # Each parameter has its value, the ends low and high of its interval of 95 %, and its origin: estimated, declared,
-# assumed (its axis has no actuator), or not excited (the interval is wider than the axis's usual effort).
+# assumed (its axis has no actuator), not excited (the interval is wider than the axis's usual effort), or bound
+# reached (the search for an inertia ended at its edge: the recordings do not determine it).
 # C(ν) follows from the mass matrix. The terms φ: linear ν; quadratic ν|ν|; cross:j ν_j; product:j*k ν_j ν_k;
 # square:j ν_j²; cross_size:j*k |ν_j| ν_k; effort:a −τ_a; inflow:j τ|ν_j|; reverse τ where τ < 0; bias 1;
 # righting sin φ cos θ (roll), sin θ (pitch); weight: minus the downward direction.

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from incsvr.plant.axes import AXES
 from incsvr.vehicle import Vehicle
+from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, UNKNOWN
 from incsvr.vehicle.terms import RIGHTING, WEIGHT, Term
 from service.export.rigid_body import RigidBody
 
@@ -21,7 +22,7 @@ def vehicle_remarks(vehicle: Vehicle, body: RigidBody, holds: Callable[[Term], b
     missing = [name for name in AXES if name not in vehicle.axes]
     named = {f"{t.axis} {t.name}": p for t, p in vehicle.terms.items()}
     named |= {f"{a} inertia" if a == b else f"{a}-{b} inertia": p for (a, b), p in vehicle.mass.items()}
-    unsure = [f"{name} ({p.origin})" for name, p in named.items() if p.origin in ("not excited", "assumed")]
+    unsure = [f"{name} ({p.origin})" for name, p in named.items() if p.origin in (UNKNOWN, BOUND_REACHED, ASSUMED)]
     lost = [
         f"{t.axis} {t.name} = {p.value:.4g} {t.unit}"
         for t, p in vehicle.terms.items()

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from incsvr.plant.axes import AXES, YAW
 from incsvr.vehicle import Identified, Parameter
-from incsvr.vehicle.model import ESTIMATED, UNKNOWN, mass_unit
+from incsvr.vehicle.model import BOUND_REACHED, ESTIMATED, UNKNOWN, mass_unit
 from incsvr.vehicle.validation import Course
 from viewer.report.drawing import AFTER, line, svg
 from viewer.report.figures import between, capital, number, rendered
@@ -79,10 +79,11 @@ def _headline(found: Identified) -> list[str]:
     axes = list(found.vehicle.axes)
     named = axes[0] if len(axes) == 1 else f"{', '.join(axes[:-1])} and {axes[-1]}"
     clauses = [capital(f"{named} {'is' if len(axes) == 1 else 'are'} identified")]
-    unknown = sum(p.origin == UNKNOWN for p in (*found.vehicle.mass.values(), *found.vehicle.terms.values()))
+    every = (*found.vehicle.mass.values(), *found.vehicle.terms.values())
+    unknown = sum(p.origin in (UNKNOWN, BOUND_REACHED) for p in every)
     if unknown:
         clauses.append(
-            f"{unknown} {'parameter is' if unknown == 1 else 'parameters are'} not excited: see what to drive"
+            f"{unknown} {'parameter is' if unknown == 1 else 'parameters are'} not determined: see what to drive"
         )
     return clauses
 
@@ -112,12 +113,12 @@ def _rows(found: Identified, axis: str) -> list[tuple[str, str, str, str, str]]:
 
 def _interval(parameter: Parameter) -> str:
     """Its interval; where it has none, where it comes from."""
-    known = parameter.origin in (ESTIMATED, UNKNOWN)
+    known = parameter.origin in (ESTIMATED, UNKNOWN, BOUND_REACHED)
     return between((parameter.low, parameter.high)) if known else parameter.origin
 
 
 def _remark(parameter: Parameter) -> str:
-    return UNKNOWN if parameter.origin == UNKNOWN else ""
+    return parameter.origin if parameter.origin in (UNKNOWN, BOUND_REACHED) else ""
 
 
 def _errors(found: Identified) -> list[dict[str, Any]]:

@@ -107,6 +107,28 @@ def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
     assert warnings[0][1:] in report.read_text(encoding="utf-8")
 
 
+def test_an_inertia_at_the_bound_of_the_search_is_not_called_estimated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The yaw of a torpedo without its surge and sway, whose Coriolis moment drives it."""
+    rng = np.random.default_rng(2)
+    log = swim(torpedo(rng), 300.0, rng)
+    write(tmp_path / "yaw.csv", from_streams("yaw", {name: log[name] for name in ("yaw_rate", "torque")}))
+    target, report = tmp_path / "found.json", tmp_path / "report.html"
+    assert main(["identify", str(tmp_path / "yaw.csv"), "--json", str(target), "--report", str(report)]) == 0
+    found, text = json.loads(target.read_text(encoding="utf-8")), capsys.readouterr().out
+    inertia = found["mass_matrix"]["yaw,yaw"]
+    assert (inertia["origin"], inertia["value"]) == ("bound reached", inertia["high"])
+    assert "kg m² (bound reached)" in text
+    sentence = found["manoeuvres"][0]
+    assert "do not determine the yaw inertia" in sentence
+    assert "change the yaw effort in steps" in sentence
+    assert sentence in text
+    page = report.read_text(encoding="utf-8")
+    assert sentence[1:] in page
+    assert '<span class="flag">bound reached</span>' in page
+
+
 def test_velocities_over_ground_in_a_current_are_a_warning() -> None:
     rng = np.random.default_rng(201)
     log = swim(torpedo(rng), 200.0, rng, (0.1, -0.1))
