@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,7 +13,8 @@ from incsvr.numerics import Array
 from incsvr.vehicle.fitting import Fit, Windows, fit
 from incsvr.vehicle.motion import CELLS_A_SCALE, WholeMotion
 from incsvr.vehicle.scales import Scales
-from incsvr.vehicle.validation import Errors, errors
+from incsvr.vehicle.structure import Structure
+from incsvr.vehicle.validation import NO_ERRORS, Course, Errors, alone, errors, longest_course
 
 WINDOW_CELLS = int(CELLS_A_SCALE)
 """Cells of a window, which lasts the shortest time over which a velocity stays correlated: longer ones end in a local
@@ -42,7 +44,49 @@ def _spread(first: NDArray[np.intp]) -> NDArray[np.intp]:
     return first[np.linspace(0, first.size - 1, min(first.size, MAX_WINDOWS)).astype(np.intp)]
 
 
-def parts_in_turns(motion: WholeMotion) -> list[tuple[Windows, WholeMotion]]:
+@dataclass(frozen=True, slots=True)
+class Validation:
+    """The errors of an identified model on unseen data.
+
+    Attributes:
+        errors: of all axes together.
+        by_itself: axis → those of that axis alone, the other velocities as measured.
+        course: a free run on the unseen data, or on its last part; None where there are none.
+    """
+
+    errors: Errors
+    by_itself: Mapping[str, Errors]
+    course: Course | None
+
+
+NO_VALIDATION = Validation(NO_ERRORS, {}, None)
+"""Of a model that was not asked to predict."""
+
+
+def validated(
+    motion: WholeMotion, unseen: WholeMotion | None, fitted: Fit, scales: Scales, begins: Callable[[str], None]
+) -> Validation:
+    """The errors of a model on other recordings, or on each part of its own by the others.
+
+    Args:
+        motion: recordings that the model was fitted to.
+        unseen: other recordings.
+        begins: callback that is given each step as it begins.
+    """
+    splits = [(spread_windows(motion), unseen)] if unseen is not None else _parts_in_turns(motion)
+    begins("predicting unseen data")
+    judgements = [_judged(part, fitted, scales, test) for part, test in splits]
+    by_itself = {}
+    for axis in motion.axes:
+        begins(f"predicting {axis} by itself")
+        begin = _alone(fitted, axis, motion, scales)
+        by_itself[axis] = _together([_judged(part, begin, scales, test) for part, test in splits])
+    last = judgements[-1]
+    course = longest_course(last.fitted.structure, last.fitted.parameters, last.test)
+    return Validation(_together(judgements), by_itself, course)
+
+
+def _parts_in_turns(motion: WholeMotion) -> list[tuple[Windows, WholeMotion]]:
     """Windows of all but one part of the data, and that part."""
     edges = np.linspace(0, motion.velocity.shape[0], PARTS + 1).astype(int).tolist()
     found = []
@@ -55,7 +99,7 @@ def parts_in_turns(motion: WholeMotion) -> list[tuple[Windows, WholeMotion]]:
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class _Judgement:
     """A model held against data that it was not fitted to.
 
     Attributes:
@@ -69,14 +113,14 @@ class Judgement:
     test: WholeMotion
 
 
-def judged(windows: Windows, begin: Fit, scales: Scales, test: WholeMotion) -> Judgement:
+def _judged(windows: Windows, begin: Fit, scales: Scales, test: WholeMotion) -> _Judgement:
     """The model fitted to the windows, held against `test`."""
     structure = begin.structure
     fitted = fit(windows, structure, begin.parameters, begin.scale, scales.bounds(structure))
-    return Judgement(errors(structure, fitted.parameters, test), fitted, test)
+    return _Judgement(errors(structure, fitted.parameters, test), fitted, test)
 
 
-def together(found: list[Judgement]) -> Errors:
+def _together(found: list[_Judgement]) -> Errors:
     """Errors of several parts as of one."""
     if len(found) == 1:
         return found[0].errors
@@ -103,3 +147,30 @@ def together(found: list[Judgement]) -> Errors:
     return Errors(
         every[0].axes, horizons, mean([each.free_run for each in every]), mean([each.zero for each in every]), track
     )
+
+
+def _alone(fitted: Fit, axis: str, motion: WholeMotion, scales: Scales) -> Fit:
+    """The start of the fit of one axis by itself: at the whole model's parameters, with no further product."""
+    own = alone(fitted.structure, axis, motion.recorded)
+    kept = [k for k in range(fitted.structure.size) if _belongs(fitted.structure, k, axis)]
+    values = dict(zip(_names(fitted.structure), fitted.parameters.tolist(), strict=True))
+    scale = dict(zip(_names(own), scales.start(own)[1].tolist(), strict=True))
+    scale |= {_names(fitted.structure)[k]: float(fitted.scale[k]) for k in kept}
+    names = _names(own)
+    begin = np.array([values.get(name, 0.0) for name in names])
+    return Fit(own, begin, np.array([scale[name] for name in names]), *(np.empty(0),) * 4)
+
+
+def _names(structure: Structure) -> list[object]:
+    """The term and axis of each parameter."""
+    return [*structure.mass, *structure.terms, *structure.lags]
+
+
+def _belongs(structure: Structure, place: int, axis: str) -> bool:
+    """Whether a parameter is one of an axis by itself."""
+    masses, terms = len(structure.mass), len(structure.terms)
+    if place < masses:
+        return structure.mass[place] == (axis, axis)
+    if place < masses + terms:
+        return structure.terms[place - masses].axis == axis
+    return structure.lags[place - masses - terms] == axis

@@ -21,7 +21,7 @@ from incsvr.learning.coefficients import COEFFICIENT_NAMES
 from incsvr.plant.axes import AXES
 from incsvr.vehicle.current import suspected_current
 from incsvr.vehicle.fitting import Fit, Windows, fit_from_afar
-from incsvr.vehicle.held_out import WINDOW_CELLS, judged, parts_in_turns, spread_windows, together
+from incsvr.vehicle.held_out import NO_VALIDATION, WINDOW_CELLS, spread_windows, validated
 from incsvr.vehicle.intervals import intervals
 from incsvr.vehicle.manoeuvres import divergences, manoeuvres
 from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, DECLARED, ESTIMATED, UNKNOWN, Parameter, Vehicle
@@ -30,7 +30,7 @@ from incsvr.vehicle.scales import Candidate, Scales
 from incsvr.vehicle.selection import MIN_EVIDENCE, LeftOut, extended, parts, reduced
 from incsvr.vehicle.structure import Pair, Structure, coupled_pairs
 from incsvr.vehicle.terms import LINEAR, PRODUCT, QUADRATIC, Term, couplings, extras, own_damping, restoring
-from incsvr.vehicle.validation import NO_ERRORS, Course, Errors, alone, longest_course
+from incsvr.vehicle.validation import Course, Errors
 
 STEPS = 4
 """Steps of an identification beside one for each axis by itself: fit, leave out, add, predict unseen data."""
@@ -124,60 +124,70 @@ def identify(
         BadInput: nothing drives the vehicle, or the recordings are too short; with the cure.
     """
     declared = {} if declared is None else declared
-    axes, refusals = motion.axes, _refusals(motion)
-    driven = tuple(axis.name for axis in AXES.values() if axis.name in axes and _drives(motion, axis.name))
+    driven = _driven(motion)
+    scales = Scales.of(motion, {one: value for (one, other), value in declared.items() if one == other})
+    windows = spread_windows(motion)
+    fitted = _fitted(windows, driven, declared, scales, begins)
+    vehicle = _vehicle(name, driven, motion, fitted, scales, declared)
+    found = validated(motion, unseen, fitted, scales, begins) if validate else NO_VALIDATION
+    current = suspected_current(windows, fitted)
+    return Identified(
+        vehicle,
+        _refusals(motion),
+        manoeuvres(vehicle),
+        found.errors,
+        found.by_itself,
+        motion.seconds,
+        motion.step,
+        validate and unseen is not None,
+        found.course,
+        (*(() if current is None else (current.warning,)), *divergences(found.errors)),
+    )
+
+
+def _driven(motion: WholeMotion) -> tuple[str, ...]:
+    """The recorded axes along which actuators work."""
+    driven = tuple(axis.name for axis in AXES.values() if axis.name in motion.axes and _drives(motion, axis.name))
     if not driven:
         raise BadInput(
             "no effort acts along any recorded velocity; name the forces and moments of the thrusters: "
             "--column surge_force=NAME --column torque=NAME"
         )
-    scales = Scales.of(motion, {one: value for (one, other), value in declared.items() if one == other})
+    return driven
+
+
+def _fitted(
+    windows: Windows,
+    driven: tuple[str, ...],
+    declared: Mapping[Pair, float],
+    scales: Scales,
+    begins: Callable[[str], None],
+) -> Fit:
+    """The model of all axes together, with the parameters that unseen parts of the data need."""
+    motion = windows.motion
+    axes = motion.axes
     choices = (True, False) if set(axes) - set(driven) else (True,)
-    structures = [_whole(axes, driven, motion, declared, scales, tied) for tied in choices]
-    structure = structures[0]
-    windows = spread_windows(motion)
-    if windows.first.size < MIN_WINDOWS_A_PARAMETER * structure.size:
-        least = MIN_WINDOWS_A_PARAMETER * structure.size * WINDOW_CELLS * motion.step
-        raise BadInput(
-            f"the recordings hold {motion.seconds:.3g} s of motion; {structure.size} parameters of {len(axes)} axes "
-            f"need at least {least:.3g} s: give more recordings"
-        )
+    structures = [_whole(driven, motion, declared, scales, tied) for tied in choices]
+    _check_length(windows, structures[0])
     begins("fitting all axes together")
-    fitted = _best(
-        [fit_from_afar(windows, each, *scales.start(each), scales.bounds(each)) for each in structures], windows, scales
-    )
+    fits = [fit_from_afar(windows, each, *scales.start(each), scales.bounds(each)) for each in structures]
+    fitted = _best(fits, windows, scales)
     begins("leaving out what unseen parts do not need")
     fitted = reduced(windows, fitted, scales)
     begins("adding what predicts unseen parts better")
     candidates: list[Candidate] = [*extras(axes, driven, motion.recorded), *driven]
-    fitted = extended(windows, fitted, candidates, scales)
-    vehicle = _vehicle(name, axes, driven, motion, fitted, scales, declared)
-    current = suspected_current(windows, fitted)
-    warnings = () if current is None else (current.warning,)
-    missing, seconds, step = manoeuvres(vehicle), motion.seconds, motion.step
-    if not validate:
-        return Identified(vehicle, refusals, missing, NO_ERRORS, {}, seconds, step, False, warnings=warnings)
-    splits = [(windows, unseen)] if unseen is not None else parts_in_turns(motion)
-    begins("predicting unseen data")
-    judgements = [judged(part, fitted, scales, test) for part, test in splits]
-    by_itself = {}
-    for axis in axes:
-        begins(f"predicting {axis} by itself")
-        begin = _alone(fitted, axis, motion, scales)
-        by_itself[axis] = together([judged(part, begin, scales, test) for part, test in splits])
-    last, found = judgements[-1], together(judgements)
-    return Identified(
-        vehicle,
-        refusals,
-        missing,
-        found,
-        by_itself,
-        seconds,
-        step,
-        unseen is not None,
-        longest_course(last.fitted.structure, last.fitted.parameters, last.test),
-        (*warnings, *divergences(found)),
-    )
+    return extended(windows, fitted, candidates, scales)
+
+
+def _check_length(windows: Windows, structure: Structure) -> None:
+    """Refuses recordings that are too short for so many parameters."""
+    motion = windows.motion
+    if windows.first.size < MIN_WINDOWS_A_PARAMETER * structure.size:
+        least = MIN_WINDOWS_A_PARAMETER * structure.size * WINDOW_CELLS * motion.step
+        raise BadInput(
+            f"the recordings hold {motion.seconds:.3g} s of motion; {structure.size} parameters of "
+            f"{len(motion.axes)} axes need at least {least:.3g} s: give more recordings"
+        )
 
 
 def _refusals(motion: WholeMotion) -> dict[str, str]:
@@ -195,7 +205,6 @@ def _drives(motion: WholeMotion, axis: str) -> bool:
 
 
 def _whole(
-    axes: tuple[str, ...],
     driven: tuple[str, ...],
     motion: WholeMotion,
     declared: Mapping[Pair, float],
@@ -208,6 +217,7 @@ def _whole(
         tied: whether the inertia of an axis without actuators is told from the Coriolis forces on it, which follow from
             the other axes' inertia; else it is assumed, and the products of velocities are free.
     """
+    axes = motion.axes
     passive = [name for name in axes if name not in driven and (name, name) not in declared]
     fixed = np.zeros((6, 6))
     names = list(AXES)
@@ -239,36 +249,8 @@ def _best(fits: list[Fit], windows: Windows, scales: Scales) -> Fit:
     return fits[best] if loss[best] < loss[0] - MIN_EVIDENCE else fits[0]
 
 
-def _alone(fitted: Fit, axis: str, motion: WholeMotion, scales: Scales) -> Fit:
-    """The start of the fit of one axis by itself: at the whole model's parameters, with no further product."""
-    own = alone(fitted.structure, axis, motion.recorded)
-    kept = [k for k in range(fitted.structure.size) if _belongs(fitted.structure, k, axis)]
-    values = dict(zip(_names(fitted.structure), fitted.parameters.tolist(), strict=True))
-    scale = dict(zip(_names(own), scales.start(own)[1].tolist(), strict=True))
-    scale |= {_names(fitted.structure)[k]: float(fitted.scale[k]) for k in kept}
-    names = _names(own)
-    begin = np.array([values.get(name, 0.0) for name in names])
-    return Fit(own, begin, np.array([scale[name] for name in names]), *(np.empty(0),) * 4)
-
-
-def _names(structure: Structure) -> list[object]:
-    """The term and axis of each parameter."""
-    return [*structure.mass, *structure.terms, *structure.lags]
-
-
-def _belongs(structure: Structure, place: int, axis: str) -> bool:
-    """Whether a parameter is one of an axis by itself."""
-    masses, terms = len(structure.mass), len(structure.terms)
-    if place < masses:
-        return structure.mass[place] == (axis, axis)
-    if place < masses + terms:
-        return structure.terms[place - masses].axis == axis
-    return structure.lags[place - masses - terms] == axis
-
-
 def _vehicle(
     name: str,
-    axes: tuple[str, ...],
     driven: tuple[str, ...],
     motion: WholeMotion,
     fitted: Fit,
@@ -276,7 +258,7 @@ def _vehicle(
     declared: Mapping[Pair, float],
 ) -> Vehicle:
     """The model with its intervals."""
-    structure = fitted.structure
+    axes, structure = motion.axes, fitted.structure
     bounds = scales.bounds(structure)
     low, high = intervals(fitted, bounds)
     values = np.clip(fitted.parameters, *bounds)
