@@ -21,7 +21,7 @@ from incsvr.learning.coefficients import COEFFICIENT_NAMES
 from incsvr.plant.axes import AXES
 from incsvr.vehicle.current import suspected_current
 from incsvr.vehicle.fitting import Fit, Windows, fit_from_afar
-from incsvr.vehicle.held_out import NO_VALIDATION, WINDOW_CELLS, spread_windows, validated
+from incsvr.vehicle.held_out import NO_VALIDATION, spread_windows, validated
 from incsvr.vehicle.intervals import intervals
 from incsvr.vehicle.manoeuvres import divergences, manoeuvres
 from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, DECLARED, ESTIMATED, UNKNOWN, Parameter, Vehicle
@@ -183,10 +183,11 @@ def _check_length(windows: Windows, structure: Structure) -> None:
     """Refuses recordings that are too short for so many parameters."""
     motion = windows.motion
     if windows.first.size < MIN_WINDOWS_A_PARAMETER * structure.size:
-        least = MIN_WINDOWS_A_PARAMETER * structure.size * WINDOW_CELLS * motion.step
+        # No length is named: longer recordings show slower motion, for which windows are longer.
+        axes = f"{len(motion.axes)} axes" if len(motion.axes) > 1 else "one axis"
         raise BadInput(
-            f"the recordings hold {motion.seconds:.3g} s of motion; {structure.size} parameters of "
-            f"{len(motion.axes)} axes need at least {least:.3g} s: give more recordings"
+            f"the recordings hold {motion.seconds:.3g} s of motion, too little for {structure.size} parameters of "
+            f"{axes}: give longer or more recordings, in which every effort changes often"
         )
 
 

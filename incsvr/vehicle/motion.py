@@ -103,8 +103,8 @@ def on_grid(runs: Sequence[Streams], step: float | None = None) -> WholeMotion:
     parts = [part for part in (_cells(stretch, step) for stretch in stretches) if part is not None]
     if not parts:
         raise BadInput(
-            f"no stretch without gaps lasts {MIN_RUN_CELLS * step:.3g} s; give recordings in which all velocities and "
-            "efforts come together"
+            "no stretch without gaps is long enough; give longer recordings, in which all velocities and efforts come "
+            "together"
         )
     velocity, effort, rise, angle = (np.concatenate(column) for column in zip(*parts, strict=True))
     start = np.concatenate(([0], np.cumsum([part[0].shape[0] for part in parts]))).astype(np.intp)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -78,10 +79,21 @@ def test_a_vehicle_that_nothing_drives_is_refused_with_the_cure() -> None:
         identify(motion)
 
 
-def test_too_short_a_dive_is_refused_with_the_length_that_is_needed() -> None:
-    _, log = dive("torpedo", 30.0, 44)
-    with pytest.raises(BadInput, match="need at least"):
-        identify(on_grid([log]))
+@pytest.mark.parametrize("seconds", [20.0, 60.0])
+def test_too_short_a_dive_is_refused_without_a_length_that_moves(seconds: float) -> None:
+    """A longer dive shows slower motion and needs longer windows: a figure would grow with the dive that follows it."""
+    _, log = dive("torpedo", seconds, 44)
+    motion = on_grid([log])
+    with pytest.raises(BadInput, match="give longer or more recordings") as refused:
+        identify(motion)
+    assert re.findall(r"[\d.]+ s\b", str(refused.value)) == [f"{motion.seconds:.3g} s"]
+
+
+def test_a_dive_of_a_second_is_refused_without_a_length_that_moves() -> None:
+    _, log = dive("torpedo", 1.0, 44)
+    with pytest.raises(BadInput, match="give longer recordings") as refused:
+        on_grid([log])
+    assert not re.findall(r"\d", str(refused.value))
 
 
 def test_a_lag_that_is_simulated_in_cells_is_the_exact_one() -> None:
