@@ -12,6 +12,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
+import numpy as np
+
 from incsvr.errors import BadInput
 from incsvr.plant.axes import YAW
 from service.cli.parser import Parser
@@ -124,9 +126,24 @@ def _flags(flags: Mapping[str, Any]) -> list[str]:
         if value is True:
             words.append(flag)
         elif value is not None and value is not False:
+            value = _entries(value) if name == "mass_matrix" and not isinstance(value, str) else value
             several = value if isinstance(value, (list, tuple)) else [value]
             words += [f"{flag}={each}" for each in several]
     return words
+
+
+def _entries(matrix: Any) -> str:
+    """The entries of a mass matrix, row by row, as the command line writes them."""
+    try:
+        entries = np.asarray(matrix, dtype=np.float64)
+    except (TypeError, ValueError):
+        entries = np.empty(0)
+    if entries.shape not in ((6,), (36,), (6, 6)):
+        raise BadInput(
+            "mass_matrix: give six numbers from surge to yaw, 36, or 6 rows of 6, as a list, an array or a text with "
+            "commas"
+        )
+    return ",".join(map(repr, entries.ravel().tolist()))
 
 
 def _logs(given: Any) -> list[Any]:

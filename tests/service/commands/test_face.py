@@ -102,6 +102,24 @@ def test_a_wrong_flag_is_one_sentence(flags: dict[str, Any], reason: str, logs: 
         incsvr.fit(logs[0], **flags)
 
 
+@pytest.mark.parametrize("call", [incsvr.fit, incsvr.trace, incsvr.identify])
+@pytest.mark.parametrize(
+    "matrix", [5.0, [1.0, 2.0], np.eye(3), [[1.0], [2.0, 3.0]], np.ones((2, 18)), object(), ["a"] * 6]
+)
+def test_what_is_no_mass_matrix_is_refused(call: Any, matrix: Any, logs: tuple[Path, Path]) -> None:
+    with pytest.raises(incsvr.BadInput, match="six numbers from surge to yaw, 36, or 6 rows of 6") as refused:
+        call(logs[0], mass_matrix=matrix)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_mass_matrix_is_a_list_or_an_array_as_well_as_a_text(logs: tuple[Path, Path]) -> None:
+    diagonal = [60.0, 80.0, 75.0, 4.0, 12.0, 350.125]
+    matrix = np.diag(diagonal)
+    told = incsvr.fit(logs[0], mass_matrix="60,80,75,4,12,350.125").to_dict()
+    for given in (diagonal, tuple(diagonal), np.array(diagonal), matrix, matrix.tolist(), matrix.ravel()):
+        assert incsvr.fit(logs[0], mass_matrix=given).to_dict() == told
+
+
 def test_what_is_no_log_is_refused() -> None:
     with pytest.raises(incsvr.BadInput, match="not int"):
         incsvr.read(3)  # type: ignore[arg-type]
