@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from incsvr.numerics import Array
+from incsvr.tracing.dynamics import Windows
 from incsvr.tracing.errors import Colour, Problem
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.response import Response
@@ -84,59 +85,107 @@ def fit(
     if use is not None and not problem.of_innovations:
         windows, use = windows.take(use), None
     used = np.ones(windows.first.size, dtype=bool) if use is None else use
-    size = hypothesis.vector.size
-    low, high = hypothesis.bounds(problem.cells.signals)
+    bounds = hypothesis.bounds(problem.cells.signals)
     prior = precision(problem, hypothesis, colour)
-    errors, response = problem.errors(hypothesis, windows)
-    errors = problem.looked_at(errors)
-    white, damping, offset_fixed = colour.whiten(errors), FIRST_STEP_DAMPING, False
+    place, damping, offset_fixed = _Place.of(problem, windows, hypothesis, colour), FIRST_STEP_DAMPING, False
     for _ in range(rounds):
-        theta, squares = hypothesis.vector, mean_squares(white)
-        sigma = scale_of(squares[used])
-        root = np.sqrt(used * student_weight(squares, sigma))
-        rows = _jacobian(problem, hypothesis, colour, errors, response)
-        flat, wide = (rows * root).reshape(rows.shape[0], -1), prior * (sigma**2 * white.shape[0])
-        information = flat @ flat.T + wide
-        pull = flat @ (white * root).ravel() + wide[:, :size] @ theta
+        equations = _Equations.of(problem, place, prior, used)
         if offset_fixed:
-            _fix(hypothesis.basis.size, information, pull)
-        before = _objective(squares[used], sigma, float(theta @ prior[:size, :size] @ theta))
-        for _ in range(STEP_ATTEMPTS):
-            diagonal = np.diag(information)
-            step = -np.linalg.solve(information + np.diag(damping * diagonal + 1e-12 * diagonal.max()), pull)
-            moved = np.clip(theta + step[:size], low, high)
-            tried = hypothesis.moved(moved)
-            tried_colour = colour.moved(colour.vector + np.clip(step[size:], -MAX_COLOUR_STEP, MAX_COLOUR_STEP))
-            tried_errors, tried_response = problem.errors(tried, windows)
-            tried_errors = problem.looked_at(tried_errors)
-            tried_white = tried_colour.whiten(tried_errors)
-            penalty = float(moved @ prior[:size, :size] @ moved)
-            after = _objective(mean_squares(tried_white)[used], sigma, penalty)
-            if after < before:
-                break
-            damping = 10.0 * max(damping, 1e-2)
-        else:
-            if offset_fixed:
-                break
-            offset_fixed, damping = True, FIRST_STEP_DAMPING
-            continue
-        damping = max(0.1 * damping, MIN_STEP_DAMPING)
-        hypothesis, colour, errors, white, response = tried, tried_colour, tried_errors, tried_white, tried_response
-        if before - after < SETTLED_FALL * white.shape[1]:
+            equations.fix(hypothesis.basis.size)
+        place, fall, damping = _descend(problem, windows, equations, damping, bounds)
+        if fall < SETTLED_FALL * place.white.shape[1]:
             if offset_fixed or damping < STUCK_STEP_DAMPING:
                 break
             offset_fixed, damping = True, FIRST_STEP_DAMPING
-    squares = mean_squares(white)
+    squares = mean_squares(place.white)
     sigma = scale_of(squares[used])
-    rows = _jacobian(problem, hypothesis, colour, errors, response)
     weight = used * student_weight(squares, sigma)
-    return Fit(hypothesis, colour, sigma, white, rows, weight, log_densities(squares, sigma), response)
+    score, jacobian = log_densities(squares, sigma), place.jacobian(problem)
+    return Fit(place.hypothesis, place.colour, sigma, place.white, jacobian, weight, score, place.response)
 
 
-def _fix(number: int, information: Array, pull: Array) -> None:
-    """Takes one of the free numbers out of the equations (p, p) and (p,) of a step, which leaves it as it is."""
-    information[number], information[:, number], pull[number] = 0.0, 0.0, 0.0
-    information[number, number] = 1.0
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A hypothesis and a colour with their values, and the errors that they leave, before and after whitening."""
+
+    hypothesis: Hypothesis
+    colour: Colour
+    errors: Array
+    white: Array
+    response: Response
+
+    @staticmethod
+    def of(problem: Problem, windows: Windows, hypothesis: Hypothesis, colour: Colour) -> _Place:
+        errors, response = problem.errors(hypothesis, windows)
+        errors = problem.looked_at(errors)
+        return _Place(hypothesis, colour, errors, colour.whiten(errors), response)
+
+    def jacobian(self, problem: Problem) -> Array:
+        """(p, length, w) slopes of the whitened errors."""
+        own = self.colour.whiten(problem.looked_at(self.response.jacobian(self.hypothesis)))
+        return np.concatenate([own, *self.colour.slopes(self.errors)])
+
+
+@dataclass(frozen=True, slots=True)
+class _Equations:
+    """The equations of a Gauss–Newton step: information (p, p) and pull (p,), under the scale σ of the errors.
+
+    Attributes:
+        prior: (k, k) precision of the hypothesis' free numbers.
+        used: (w,) the windows that are fitted.
+    """
+
+    place: _Place
+    information: Array
+    pull: Array
+    sigma: float
+    prior: Array
+    used: NDArray[np.bool_]
+
+    @staticmethod
+    def of(problem: Problem, place: _Place, prior: Array, used: NDArray[np.bool_]) -> _Equations:
+        theta, squares = place.hypothesis.vector, mean_squares(place.white)
+        size, sigma = theta.size, scale_of(squares[used])
+        root = np.sqrt(used * student_weight(squares, sigma))
+        rows = place.jacobian(problem)
+        flat, wide = (rows * root).reshape(rows.shape[0], -1), prior * (sigma**2 * place.white.shape[0])
+        pull = flat @ (place.white * root).ravel() + wide[:, :size] @ theta
+        return _Equations(place, flat @ flat.T + wide, pull, sigma, prior[:size, :size], used)
+
+    def fix(self, number: int) -> None:
+        """Takes one of the free numbers out of the equations, which leave it as it is."""
+        self.information[number], self.information[:, number], self.pull[number] = 0.0, 0.0, 0.0
+        self.information[number, number] = 1.0
+
+    def step(self, damping: float, bounds: tuple[Array, Array]) -> tuple[Array, Colour]:
+        """The hypothesis' free numbers (k,) within their bounds, and the colour, after a damped step."""
+        theta, colour, diagonal = self.place.hypothesis.vector, self.place.colour, np.diag(self.information)
+        damped = self.information + np.diag(damping * diagonal + 1e-12 * diagonal.max())
+        step = -np.linalg.solve(damped, self.pull)
+        moved = np.clip(theta + step[: theta.size], *bounds)
+        return moved, colour.moved(colour.vector + np.clip(step[theta.size :], -MAX_COLOUR_STEP, MAX_COLOUR_STEP))
+
+    def objective(self, theta: Array, white: Array) -> float:
+        """Minus the log posterior, but for a constant, of free numbers (k,) that leave these whitened errors."""
+        densities = log_densities(mean_squares(white)[self.used], self.sigma)
+        return 0.5 * float(theta @ self.prior @ theta) - float(np.sum(densities))
+
+
+def _descend(
+    problem: Problem, windows: Windows, equations: _Equations, damping: float, bounds: tuple[Array, Array]
+) -> tuple[_Place, float, float]:
+    """The place after the first step that lowers the objective, the fall, and the next step's damping; without such a
+    step the same place, zero, and the damping of the last."""
+    place = equations.place
+    before = equations.objective(place.hypothesis.vector, place.white)
+    for _ in range(STEP_ATTEMPTS):
+        theta, colour = equations.step(damping, bounds)
+        tried = _Place.of(problem, windows, place.hypothesis.moved(theta), colour)
+        fall = before - equations.objective(theta, tried.white)
+        if fall > 0.0:
+            return tried, fall, max(0.1 * damping, MIN_STEP_DAMPING)
+        damping = 10.0 * max(damping, 1e-2)
+    return place, 0.0, damping
 
 
 def held_out_scores(problem: Problem, fitted: Fit, folds: NDArray[np.intp]) -> Array:
@@ -201,13 +250,3 @@ def log_densities(squares: Array, sigma: float) -> Array:
     return np.asarray(
         constant - np.log(sigma) - 0.5 * (STUDENT_DEGREES + 1.0) * np.log1p(squares / (sigma**2 * STUDENT_DEGREES))
     )
-
-
-def _objective(squares: Array, sigma: float, penalty: float) -> float:
-    return 0.5 * penalty - float(np.sum(log_densities(squares, sigma)))
-
-
-def _jacobian(problem: Problem, hypothesis: Hypothesis, colour: Colour, errors: Array, response: Response) -> Array:
-    """(p, length, w) slopes of the whitened errors."""
-    own = colour.whiten(problem.looked_at(response.jacobian(hypothesis)))
-    return np.concatenate([own, *colour.slopes(errors)])
