@@ -116,7 +116,7 @@ def forecast(
     if not model.is_trained or experience.fastest <= 0.0:
         raise BadInput("nothing was learned yet; ask again after the first iteration")
     if not at.size or not torque[0].size or not (np.diff(at) >= 0.0).all() or not at[0] >= start.time:
-        raise BadInput("a forecast needs times that increase from its start on, and a torque")
+        raise BadInput("a forecast needs times that increase from its start on, and the effort then")
     ahead = float(at[-1]) - start.time
     if not ahead <= MAX_FORECAST_S:
         raise BadInput(f"a forecast over {ahead:.6g} s is longer than {MAX_FORECAST_S:g} s")

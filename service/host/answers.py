@@ -22,7 +22,7 @@ from service.bus.publishers import JSON
 from service.config.traced_effects import OperatorVerb
 from service.health.health_watch import HealthWatch
 from service.learner import questions
-from service.learner.damping_query import velocity_names
+from service.learner.damping_query import DampingQuery, velocity_names
 from service.learner.estimates import forecast_reply
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.node import LearnerNode
@@ -158,17 +158,20 @@ class Answers:
 
     def _damping(self, query: zenoh.Query) -> bytes:
         asked = questions.parameters(query, *self._velocities, "at", "revision")
-        return wire.encode(self._node.predict(questions.damping_query(query, asked, self._velocities)))
+        return wire.encode(self._node.predict(self._damping_query(query, asked)))
 
     def _damping_in_history(self, query: zenoh.Query) -> bytes:
         """The damping as an earlier revision has it."""
         asked = questions.parameters(query, *self._velocities, "at", "revision")
-        velocities = questions.damping_query(query, asked, self._velocities)
+        velocities = self._damping_query(query, asked)
         row = self._row_at({name: text for name, text in asked.items() if name not in self._velocities})
         snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
         if not len(snapshot.support):
             raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")
         return wire.encode(damping_reply(snapshot.model(), velocities, snapshot.iteration, snapshot.revision))
+
+    def _damping_query(self, query: zenoh.Query, asked: Mapping[str, str]) -> DampingQuery:
+        return questions.damping_query(query, asked, self._velocities, self._node.words)
 
     def _model(self, query: zenoh.Query) -> bytes:
         asked = questions.parameters(query, "at", "revision")
@@ -219,7 +222,8 @@ class Answers:
     def _feedforward(self, query: zenoh.Query) -> bytes:
         payload = questions.profile(query)
         if payload is None:
-            raise BadInput('plan the yaw rate in the payload, such as {"t": [0, 5], "rate": [0, 0.1]}')
+            words = self._node.words
+            raise BadInput(f'plan the {words.rate} in the payload, such as {{"t": [0, 5], "rate": [0, 0.1]}}')
         asked = wire.decode(wire.FeedforwardQuery, payload)
         return wire.encode(feedforward_reply(self._node, asked, self._velocities))
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
+from incsvr.plant.words import AxisWords
 from service.config.configuration import Config
 from service.wire import Numbers
 
@@ -62,8 +63,8 @@ def velocity_names(config: Config) -> dict[str, str]:
     return {"rate": "rate", own: "rate"} | streams | {stream: stream for stream in streams.values()}
 
 
-def checked_query(values: Sequence[tuple[str, Numbers]]) -> DampingQuery:
-    """A question with the values of `rate` and of further velocities.
+def checked_query(values: Sequence[tuple[str, Numbers]], words: AxisWords) -> DampingQuery:
+    """A question with the values of `rate`, which the axis's words name, and of further velocities.
 
     Raises:
         BadInput: one is missing or given twice, there are too many, or one is no velocity of a vehicle.
@@ -75,25 +76,26 @@ def checked_query(values: Sequence[tuple[str, Numbers]]) -> DampingQuery:
         raise BadInput(f"give the own velocity as well, such as rate=0.1 beside {next(iter(found))}=")
     for name, each in values:
         if len(each) > MAX_RATES:
-            raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
+            raise BadInput(f"these are more than {MAX_RATES} values; ask in several queries")
         if not all(abs(value) <= MAX_RATE for value in each):
-            what, unit = ("a rate", "rad/s") if name == "rate" else (f"a value of {name[:80]}", "its unit")
-            raise BadInput(f"{what} is NaN, infinite or beyond {MAX_RATE:g} {unit}; ask for finite rates in {unit}")
+            what, unit = f"a {words.rate}", words.rate_unit
+            if name != "rate":
+                what, unit = f"a value of {name[:80]}", "its unit"
+            raise BadInput(f"{what} is NaN, infinite or beyond {MAX_RATE:g} {unit}; ask for finite values in {unit}")
     return DampingQuery(found.pop("rate"), found)
 
 
-def parse_numbers(name: str, text: str) -> Numbers:
-    """The numbers of a parameter, such as -0.2,0,0.2.
+def parse_numbers(name: str, text: str, unit: str) -> Numbers:
+    """The numbers of a parameter in a unit, such as -0.2,0,0.2.
 
     Raises:
         BadInput: these are none.
     """
     if text.count(",") >= MAX_RATES:
-        raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
+        raise BadInput(f"these are more than {MAX_RATES} values; ask in several queries")
     try:
         return tuple(map(float, text.split(",")))
     except ValueError:
-        unit = "rad/s" if name in ("rate", "yaw_rate") else "its unit"
         if "&" in text:
             raise BadInput(f"{name}={text[:80]}: separate velocities by ;, as in rate=0.1;surge=0.5") from None
         raise BadInput(f"{name}={text[:80]} is no list of numbers; write them like -0.2,0,0.2 in {unit}") from None

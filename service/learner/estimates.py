@@ -66,7 +66,7 @@ def estimate(node: LearnerNode, silent_s: float | None) -> wire.Estimate | None:
         ahead = node.stand_in.since_measured(node.served.model, node.batches.smoothing, paused is None)
     except BadInput:
         return None
-    return _last(node, ahead, "the yaw rate is silent" if paused is None else f"learning is paused: {paused}")
+    return _last(node, ahead, f"the {node.words.rate} is silent" if paused is None else f"learning is paused: {paused}")
 
 
 def _last(node: LearnerNode, ahead: ForecastFromStart, why: str) -> wire.Estimate:

@@ -104,7 +104,7 @@ class LearnerNode:
         window = Window(signals, config.tracing.window) if config.tracing.on else None
         coupled, others = config.coupled(), self._settings.others
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled, others)
-        self.stand_in = StandIn(signals, (memory or {}).get("forecast"), others, coupled, compensation)
+        self.stand_in = StandIn(signals, (memory or {}).get("forecast"), others, coupled, compensation, self.words)
         #: None where other velocities have a part in the torque, which its errors would hold.
         alone = coupled is None and not others
         self.thrust = ThrustWatch(signals, (memory or {}).get("thrust")) if alone else None

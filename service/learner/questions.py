@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 import zenoh
 
 from incsvr.errors import BadInput
+from incsvr.plant.words import AxisWords
 from service import wire
 from service.learner.damping_query import DampingQuery, checked_query, parse_numbers
 
@@ -41,25 +42,30 @@ def parameters(query: zenoh.Query, *allowed: str) -> dict[str, str]:
     return found
 
 
-def damping_query(query: zenoh.Query, asked: Mapping[str, str], velocities: Mapping[str, str]) -> DampingQuery:
+def damping_query(
+    query: zenoh.Query, asked: Mapping[str, str], velocities: Mapping[str, str], words: AxisWords
+) -> DampingQuery:
     """The velocities that are asked for, from the parameters or from the payload.
 
     Args:
         asked: the parameters of the question.
         velocities: what each may be called → `rate` for the own one, else the stream of a further one.
+        words: of the axis.
     """
     given = {name: asked[name] for name in velocities if name in asked}
     if given:
         if query.payload is not None and len(query.payload):
-            raise BadInput("ask for the rates either of rate= or of the payload, not for both")
-        return checked_query([(velocities[name], parse_numbers(name, text)) for name, text in given.items()])
+            raise BadInput(f"ask for the {words.rates} either by rate= or in the payload, not for both")
+        units = {name: words.rate_unit if velocities[name] == "rate" else "its unit" for name in given}
+        numbers = [(velocities[name], parse_numbers(name, text, units[name])) for name, text in given.items()]
+        return checked_query(numbers, words)
     if query.payload is None:
-        raise BadInput("name the yaw rates to answer for, such as ?rate=-0.2,0,0.2 in rad/s")
+        raise BadInput(f"name the {words.rates} to answer for, such as ?rate=-0.2,0,0.2 in {words.rate_unit}")
     if len(query.payload) > MAX_QUESTION_BYTES:
         raise BadInput(f"the payload is longer than {MAX_QUESTION_BYTES} bytes; ask in several queries")
     payload = wire.decode(wire.DampingQuery, query.payload.to_bytes())
     others = [(velocities.get(name, name), values) for name, values in payload.others.items()]
-    return checked_query([("rate", payload.rate), *others])
+    return checked_query([("rate", payload.rate), *others], words)
 
 
 def profile(query: zenoh.Query) -> bytes | None:

@@ -24,6 +24,7 @@ from incsvr.forecasting.other_influences import HEADING
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, Stream
 from incsvr.plant.body import Coupled
+from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED
@@ -60,6 +61,7 @@ class StandIn:
         others: the channels of the further velocities that damping is learned over.
         coupled: the axis in its body; None takes it by itself.
         effects: the traced effects in force.
+        words: of the axis.
     """
 
     def __init__(
@@ -69,9 +71,10 @@ class StandIn:
         others: tuple[str, ...] = (),
         coupled: Coupled | None = None,
         effects: Compensation | None = None,
+        words: AxisWords = YAW_WORDS,
     ) -> None:
         self._signals, self._lock = signals, threading.Lock()
-        self._others, self._coupled, self._effects = others, coupled, effects
+        self._others, self._coupled, self._effects, self._words = others, coupled, effects, words
         self._raw = {stream: (array("d"), array("d")) for stream in (*REQUIRED, *signals.channels)}
         self._believed_ends: deque[float] = deque(maxlen=3)
         self._pending_trial: tuple[Model, float, float, float] | None = None
@@ -208,14 +211,15 @@ class StandIn:
             if not self._believed_ends:
                 raise BadInput("there is no valid measurement yet; ask again after the first iteration")
             until = self._believed_ends[-1]
+        rate_word, effort_word = self._words.rate, self._words.effort
         rate, torque = self._stream(YAW_RATE), self._stream(TORQUE)
         if not rate[0].size or not torque[0].size:
-            raise BadInput("no yaw rate or no torque has arrived since the start; ask again when both have")
+            raise BadInput(f"no {rate_word} or no {effort_word} has arrived since the start; ask again when both have")
         newest = float(torque[0][-1])
         grid = self._grid(newest - MEMORY_S, min(until, float(rate[0][-1])), smoothing)
         known = np.flatnonzero(np.isfinite(grid.rate))
         if not known.size:
-            raise BadInput(f"the last valid yaw rate is older than {MEMORY_S:g} s, or no torque arrived with it")
+            raise BadInput(f"the last valid {rate_word} is older than {MEMORY_S:g} s, or no {effort_word} came with it")
         place = int(known[-1])
         start = Start(float(grid.time[place]), float(grid.rate[place]))
         unknown = np.flatnonzero(~np.isfinite(grid.rate[: place + 1] + grid.torque[: place + 1]))
