@@ -35,6 +35,12 @@ def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.
             raise BadInput(
                 "times are in seconds since the last measurement: let them begin at zero or later and increase"
             )
+        limit, words = node.config.vehicle.torque_limit, node.words
+        if not np.abs(torque).max() <= limit:
+            raise BadInput(
+                f"a {words.effort} of {torque[np.abs(torque).argmax()]:g} {words.effort_unit} is planned; plan within "
+                f"the plausible ±{limit:g} {words.effort_unit} (vehicle.torque_limit)"
+            )
         ahead = stand_in.under(served.model, smoothing, believed, t, torque, at)
     found = ahead.forecast
     return wire.ForecastReply(

@@ -66,18 +66,6 @@ def taught(until: float = 150.0) -> LearnerNode:
     return node
 
 
-def test_a_learner_of_surge_names_its_velocity_and_force() -> None:
-    """Where a forecast has nothing to begin with, and where nothing came lately."""
-    node = LearnerNode(configured(vehicle__axis="surge"), boot="")
-    model, once = taught().served.model, np.zeros(1)
-    with pytest.raises(BadInput, match="no surge velocity or no force has arrived"):
-        node.stand_in.since_measured(model, 1.0, True)
-    node.push("yaw_rate", once, once)
-    node.push("torque", once + 250.0, once)
-    with pytest.raises(BadInput, match="the last valid surge velocity is older than 300 s, or no force came with it"):
-        node.stand_in.since_measured(model, 1.0, True)
-
-
 def test_while_the_gyro_is_silent_the_models_own_rate_goes_out_until_it_is_back(start: StartBench) -> None:
     bench = start(health__stale_after=60.0)
     found = bench.follow(bench.keys.estimate, wire.Estimate)
