@@ -172,6 +172,15 @@ class Thrusters(Section):
         return self
 
     @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        if self.command in ("rpm", "rad/s") and self.curve in ("t200", "linear"):
+            raise ValueError(
+                f"curve is {self.curve}, which belongs to pwm and fraction; with command {self.command} give curve: "
+                "quadratic, with full in N s²/rad², or a file of command,newtons"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _check_further_axes(self) -> Self:
         if self.also_along and any(each.position is None for each in self.each):
             raise ValueError("also_along needs the position [m] of each thruster and the direction in which it pushes")

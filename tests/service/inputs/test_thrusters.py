@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from incsvr.errors import BadInput
 from incsvr.plant import Thruster as Formula
 from incsvr.plant import thruster_torque
+from service.cli.command_line import main
 from service.inputs import ardusub_frames
 from service.inputs.measured_streams import measure
 from service.inputs.settings import Axis, Inputs, Source, Thruster, Thrusters
@@ -75,6 +76,25 @@ def test_the_formula_of_section_iv_a() -> None:
 )
 def test_commands_of_every_kind(given: dict[str, Any], command: float, newtons: float) -> None:
     np.testing.assert_allclose(torque(one(**given), u=command)[0], 0.5 * newtons)
+
+
+@pytest.mark.parametrize("command", ["rpm", "rad/s"])
+@pytest.mark.parametrize("curve", ["linear", "t200", None])
+def test_a_curve_of_pulses_is_refused_where_rotors_turn(
+    command: str, curve: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = "" if curve is None else f", curve: {curve}"
+    config = tmp_path / "config.yaml"
+    each = "each: [{field: u, arm: 0.5}]"
+    text = f"inputs: {{thrusters: {{topic: x, command: {command}{said}, {each}}}}}\nvehicle: {{inertia: 40.0}}\n"
+    config.write_text(text, encoding="utf-8")
+    assert main(["config", "check", str(config)]) == 2
+    told = capsys.readouterr().err
+    assert f"curve is {curve or 't200'}, which belongs to pwm and fraction" in told
+    assert f"with command {command} give curve: quadratic, with full in N s²/rad²" in told
+    text = text.replace(said + ", each", ", curve: quadratic, full: 0.02, each")
+    config.write_text(text, encoding="utf-8")
+    assert main(["config", "check", str(config)]) == 0
 
 
 def test_a_curve_from_a_file(tmp_path: Path) -> None:
