@@ -95,8 +95,10 @@ class StateFile:
                 with _telling_damage():
                     known._connection.backup(connection)
             else:
-                connection.executescript(";".join(_TABLES.values()))
-                with connection:
+                with connection:  # one transaction: each waits for the disk twice
+                    connection.execute("BEGIN")
+                    for statement in _TABLES.values():
+                        connection.execute(statement)
                     _write_identity(connection, identity)
                     _write_memory(connection, b"null")
         fresh.replace(path)
