@@ -53,20 +53,21 @@ def steered(name: str, time: Array, torque: Array, seed: int) -> Recording:
 
 
 def write_log(path: Path, seed: int) -> float:
-    """Writes a beginner's log: Leng steered by steps and sines at once, with weak thrust to port.
-
-    Returns:
-        the vehicle's inertia [kg m²].
+    """Writes a beginner's log; returns the vehicle's inertia [kg m²].
 
     Raises:
         OSError: the file cannot be written.
     """
+    write(path, leng_log(path.stem, seed))
+    return leng.INERTIA
+
+
+def leng_log(name: str, seed: int) -> Recording:
+    """A beginner's log: Leng steered by steps and sines at once, with weak thrust to port."""
     ticks = _ticks(LOG_DURATION)
     random = np.random.default_rng([seed, *b"log"])
     levels, sines = (np.array(command(kind, SCALE, ticks, random).table) for kind in ("telegraph", "multisine"))
-    recording = _recording(path.stem, 0.5 * (levels + sines), (_weak_to_port, inflow), seed)
-    write(path, recording)
-    return leng.INERTIA
+    return _recording(name, 0.5 * (levels + sines), (_weak_to_port, inflow), seed)
 
 
 def _ticks(duration: float) -> Array:

@@ -1,9 +1,10 @@
 """Thrust that is lost under way: how soon, how large and how often falsely the learner tells it.
 
 In missions of half an hour, with the controller in the loop, one of two thrusters gives half or nothing from an instant
-on that the seed draws, and all again five minutes later. In quiet hours nothing happens. In logs of measured vehicles
-the logged command of a span is made so much larger that the vehicle answers it as with a thruster at half. The learner
-is configured as `incsvr fit --write` does it, on the recording itself. A seed names a mission.
+on that the seed draws, and all again five minutes later. In quiet hours nothing happens. In other recordings an effect
+that the model lacks acts from the beginning on, which is no fault either. In logs of measured vehicles the logged
+command of a span is made so much larger that the vehicle answers it as with a thruster at half. The learner is
+configured as `incsvr fit --write` does it, on the recording itself. A seed names a mission.
 """
 
 from __future__ import annotations
@@ -24,14 +25,25 @@ from service.recordings.recording import Recording, sequence
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.recording_csv import read as read_recording
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
+from simulator import leng
 from simulator.effects import Physics
 from simulator.missions import Mission, play
+from simulator.steered import leng_log
 from simulator.trial_vehicle import STEP
 
 VEHICLES = ("rov", "auv")
 FAULT_KINDS = ("survey", "waypoints", "zigzag", "pipeline", "rate_control")
 """Missions in which the vehicle turns: on a straight leg nobody can tell."""
 QUIET_KINDS = (*FAULT_KINDS, "circles", "transit", "station", "day", "wagging", "bursts", "one_sided")
+LASTING_EFFECTS = (
+    "dead_zone",
+    "torque_asymmetry",
+    "torque_saturation",
+    "bias_torque",
+    "inertia",
+    "torque_lag",
+    "torque_delay",
+)
 LOST = {"half": 0.25, "none": 0.5}
 """Part of the yaw thrust that two thrusters lose when one gives half, or none."""
 MISSION_S, FAULT_S, HOUR_S = 1800.0, 300.0, 3600.0
@@ -53,7 +65,7 @@ def examine(case: tuple[str, int, float]) -> Record:
     """One case of a group, with a controller of this rate [Hz] where it is a mission."""
     group, seed, control_rate = case
     began = time.process_time()
-    missions = {"fault": _fault, "quiet": _quiet}
+    missions = {"fault": _fault, "quiet": _quiet, "lasting": _lasting}
     record = missions[group](seed, control_rate) if group in missions else _measured(group, seed)
     return {"group": group, "seed": seed, **record, "seconds": round(time.process_time() - began, 1)}
 
@@ -83,6 +95,18 @@ def _quiet(seed: int, control_rate: float) -> Record:
     outcome = play(Mission(kind, vehicle, seed, duration=HOUR_S, separate_gyro=separate, control_rate=control_rate))
     found = watched(outcome.recording, outcome.inertia)
     return {"kind": kind, "vehicle": vehicle, "separate_gyro": separate, "false": [_plain(each) for each in found]}
+
+
+def _lasting(seed: int, control_rate: float) -> Record:
+    """Half an hour with an effect that the model lacks from its beginning on, or the log of `incsvr demo --log`."""
+    if seed % 2:
+        recording, inertia = leng_log(f"leng {seed}", seed), leng.INERTIA
+        return {"kind": "log", "vehicle": "leng", "false": [_plain(each) for each in watched(recording, inertia)]}
+    random = np.random.default_rng([seed, *b"lasting"])
+    kind, vehicle, effect = (str(random.choice(names)) for names in (FAULT_KINDS, VEHICLES, LASTING_EFFECTS))
+    outcome = play(Mission(kind, vehicle, seed, effect, duration=MISSION_S, control_rate=control_rate))
+    found = watched(outcome.recording, outcome.inertia)
+    return {"kind": f"{kind} with {effect}", "vehicle": vehicle, "false": [_plain(each) for each in found]}
 
 
 def _measured(group: str, seed: int) -> Record:
@@ -160,10 +184,11 @@ def report(document: Record) -> str:
         parts += ["## Missions with a fault", _faults(groups["fault"])]
     for vehicle in MEASURED_VEHICLES.keys() & groups.keys():
         parts += [f"## The measured {vehicle}", _faults(groups[vehicle])]
-    if "quiet" in groups:
-        quiet = groups["quiet"]
-        false = [f"{each['kind']} {each['vehicle']} {each['seed']}" for each in quiet if each["false"]]
-        parts += ["## Quiet hours", f"{len(false)} of {len(quiet)} with a fault told: {', '.join(false) or 'none'}."]
+    for group, title in {"quiet": "Quiet hours", "lasting": "An effect from the beginning on"}.items():
+        if group in groups:
+            quiet = groups[group]
+            false = [f"{each['kind']} {each['vehicle']} {each['seed']}" for each in quiet if each["false"]]
+            parts += [f"## {title}", f"{len(false)} of {len(quiet)} with a fault told: {', '.join(false) or 'none'}."]
     return page(*parts)
 
 
@@ -206,12 +231,15 @@ def _faults(records: Sequence[Record]) -> str:
 def main(words: list[str] | None = None) -> int:
     parser = options(
         "benchmarks.learner.thrust_faults", __doc__,
-        faults=(20, "missions with a fault"), quiet=(40, "quiet hours"), measured=(5, "logs of each measured vehicle"),
+        faults=(20, "missions with a fault"), quiet=(40, "quiet hours"),
+        lasting=(40, "recordings with an effect from their beginning on"),
+        measured=(5, "logs of each measured vehicle"),
         first_seed=(3_500_000, "first seed"), processes=(1, "processes"),
         control_rate=(10.0, "commands a second in the missions; 40 at most, of whole steps of the simulation"),
     )  # fmt: skip
     given, document = begin(parser, words)
-    groups = [("fault", given.faults), ("quiet", given.quiet), *((name, given.measured) for name in MEASURED_VEHICLES)]
+    groups = [("fault", given.faults), ("quiet", given.quiet), *((name, given.measured) for name in MEASURED_VEHICLES),
+              ("lasting", given.lasting)]  # fmt: skip
     cases = [
         (group, given.first_seed + 1000 * k + n, given.control_rate)
         for k, (group, count) in enumerate(groups)

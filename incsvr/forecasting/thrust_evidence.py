@@ -7,7 +7,8 @@ what is after it weighs, by its marginal likelihood, whether they are still the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -20,8 +21,8 @@ CHANGE_PRIORS = {"thrust": (0.4, 0.0, 0.0), "damping": (0.0, 0.5, 0.0), "moment"
                  "inertia": (0.3, -0.3, 0.0)}  # fmt: skip
 """Deviations of each change in the first three causes: thrust that is lacking and damping that has grown, as parts of
 them, and a moment, in usual torques. An inertia that has shrunk is thrust that is lacking beside damping that is."""
-DOUBTS = (0.03, 0.06, 0.06)
-"""Deviations of the same three over minutes in which nothing happens."""
+MIN_DRIFTS = (0.03, 0.06, 0.06)
+"""Deviations of the same three over minutes in which nothing happens, at least."""
 CURVE_KNOTS = 6
 """Rates at which the learned curve may be off, each by its own error."""
 LAG_COUNT = 5
@@ -43,6 +44,7 @@ class ThrustEvidence:
         count: (k,) errors after it.
         units: (p,) what one of each prior's unit is, in the causes' usual size.
         variance: of the noise.
+        drifts: deviations of the first three causes between stretches in which nothing happens.
     """
 
     known: Array
@@ -53,18 +55,40 @@ class ThrustEvidence:
     count: NDArray[np.intp]
     units: Array
     variance: float
+    drifts: tuple[float, float, float] = MIN_DRIFTS
 
     @staticmethod
     def of(white: Array, causes: Array, onsets: NDArray[np.intp], units: Array, variance: float) -> ThrustEvidence:
         """From (n,) white errors and (n, p) causes that are filtered likewise, and onsets (k,) from 1 to n − 1."""
-        both = np.column_stack((causes, white))
-        pieces = [both[a:b] for a, b in pairwise((0, *onsets.tolist(), white.size))]
-        total = np.cumsum([piece.T @ piece for piece in pieces], axis=0)
-        before, after = total[:-1], total[-1] - total[:-1]
+        pieces = _sums(white, causes, (0, *onsets.tolist(), white.size))
+        total = np.cumsum(pieces, axis=0)
+        return ThrustEvidence._of_sums(total[:-1], total[-1] - total[:-1], white.size - onsets, units, variance)
+
+    @staticmethod
+    def _of_sums(before: Array, after: Array, count: NDArray[np.intp], units: Array, variance: float) -> ThrustEvidence:
         return ThrustEvidence(
             before[:, :-1, :-1], before[:, :-1, -1], after[:, :-1, :-1], after[:, :-1, -1], after[:, -1, -1],
-            white.size - onsets, units, variance,
+            count, units, variance,
         )  # fmt: skip
+
+    def with_drift_of(self, white: Array, causes: Array, length: int) -> ThrustEvidence:
+        """The same with the drift of the thrust between the stretches of data before the onsets: by how much the
+        lacking thrust of each stretch differs from that of all others (root mean square), beyond what noise explains.
+
+        Args:
+            white, causes: (n,) and (n, p) of the data before the onsets.
+            length: of a stretch.
+        """
+        last = white.size // length * length
+        if last == 0:
+            return self
+        pieces = _sums(white, causes, (*range(0, last + 1, length), white.size))
+        rest = np.sum(pieces, axis=0) - pieces[:-1]
+        count = np.full(last // length, length)
+        stretches = self._of_sums(rest, pieces[:-1], count, self.units, self.variance)
+        more, doubt = np.array([stretches.lacking(k)[1:] for k in range(count.size)]).T
+        drift = float(np.sqrt(max(np.mean(more**2 - doubt**2), 0.0)))
+        return replace(self, drifts=(max(drift, MIN_DRIFTS[0]), *MIN_DRIFTS[1:]))
 
     def likelihood(self, change: str | None) -> Array:
         """(k,) logarithm of the likelihood of all data if this changes at each onset, or nothing; the same constant is
@@ -95,7 +119,7 @@ class ThrustEvidence:
         information, asked = self.known / self.variance + prior, self.asked / self.variance
         mean = np.linalg.solve(information, asked[:, :, None])[:, :, 0]
         likelihood = 0.5 * np.sum(mean * asked, axis=1) - 0.5 * np.linalg.slogdet(information)[1]
-        drift = self.units * np.pad(DOUBTS, (0, self.units.size - len(DOUBTS)))
+        drift = self.units * np.pad(self.drifts, (0, self.units.size - len(self.drifts)))
         covariance: Array = np.linalg.inv(information) + np.diag(drift**2)
         return np.asarray(mean), covariance, np.asarray(likelihood)
 
@@ -125,3 +149,9 @@ class ThrustEvidence:
         inside = np.eye(self.units.size) + prior @ (self.fresh / self.variance)
         fit = 0.5 * np.sum(pull * np.linalg.solve(inside, prior @ pull[:, :, None])[:, :, 0], axis=1)
         return fit - 0.5 * np.linalg.slogdet(inside)[1], fit
+
+
+def _sums(white: Array, causes: Array, bounds: Sequence[int]) -> Array:
+    """(pieces, p + 1, p + 1) sums of squares and products of p causes and the errors between bounds."""
+    both = np.column_stack((causes, white))
+    return np.array([both[a:b].T @ both[a:b] for a, b in pairwise(bounds)])

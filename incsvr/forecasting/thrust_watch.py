@@ -204,6 +204,8 @@ def _judged(white: Array, causes: Array, onsets: NDArray[np.intp], cells: Comman
     best = int(np.argmax(found))
     if best == onsets.size - 1:
         return None  # the onset may be later than any that is tried yet
+    seen = seen.with_drift_of(white[before], causes[before], white.size - int(onsets[best]))
+    found = seen.likelihood("thrust")
     odds = float(found[best] - np.max(seen.likelihood(None)))
     leads = {other: float(found[best] - np.max(seen.likelihood(other))) for other in MIN_LEADS}
     lacked, more, doubt = seen.lacking(best)

@@ -52,6 +52,11 @@ def test_lost_thrust_is_judged_by_when_it_was_told(monkeypatch: pytest.MonkeyPat
     assert "| 3 | rate_control | auv | 0.50 |" in page
 
 
+def test_an_effect_from_the_beginning_on_is_no_lost_thrust() -> None:
+    """The log of `incsvr demo --log`: half of the error there is weak thrust to port, which comes and goes with τ."""
+    assert thrust_faults.examine(("lasting", 1, 10.0))["false"] == []
+
+
 def test_figures_of_the_solver() -> None:
     figures = measure(sets=10, few=1, offline=600)
     assert figures["n"] == 110
