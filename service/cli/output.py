@@ -49,6 +49,17 @@ def refuse_unwritable(path: Path, flag: str = "") -> None:
         raise BadInput(f"{path} cannot be written; name a file in a folder that is there{_with(flag)}")
 
 
+def refuse_replacing(path: Path, mark: str, flag: str) -> None:
+    """Refuses a file that cannot be written, and a file without the mark of what it is to hold: a person wrote it.
+
+    Raises:
+        BadInput: as `refuse_unwritable`, or the file holds something else.
+    """
+    refuse_unwritable(path, flag)
+    if path.is_file() and path.stat().st_size > 0 and mark not in path.read_text("utf-8", errors="replace"):
+        raise BadInput(f"{path} is not replaced, because incsvr did not write it; name another file{_with(flag)}")
+
+
 @contextmanager
 def writing(path: Path, flag: str = "") -> Iterator[None]:
     """A context in which a file is written; errors name `flag`, which selects another file.

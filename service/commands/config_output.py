@@ -20,6 +20,8 @@ from service.recordings.recording import Recording
 
 LIMIT_MARGIN = 2.0
 """A torque or a yaw rate beyond so many times the recordings' largest is written down as no measurement."""
+MARK = "# What is left out is as `incsvr config show` prints it"
+"""The words by which a file that was written here is recognised."""
 MAX_RATE_LIMIT = 50.0
 """The largest rate limit that the configuration takes [rad/s]."""
 
@@ -59,7 +61,7 @@ def write(path: Path, config: Config, head: str) -> None:
     Raises:
         BadInput: it cannot be written.
     """
-    rest = "# What is left out is as `incsvr config show` prints it; `incsvr config check FILE` says what is wrong.\n"
+    rest = f"{MARK}; `incsvr config check FILE` says what is wrong.\n"
     with writing(path, "--write"):
         path.write_text(commented_yaml(config, head + rest, brief=True), encoding="utf-8")
 

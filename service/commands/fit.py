@@ -16,7 +16,7 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
-from service.cli.output import add_json_argument, emit, refuse_unwritable
+from service.cli.output import add_json_argument, emit, refuse_replacing
 from service.commands import config_output, other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
 from service.commands.declaration import add_sign_argument, judge_declaration
@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
 def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     """The axis, what was learned, and the same for programs and for people in the axis's words."""
     if args.write is not None:
-        refuse_unwritable(args.write, "--write")
+        refuse_replacing(args.write, config_output.MARK, "--write")
     config = read_config(args.config).of_axis(args.axis)
     if args.inputs is not None:
         over = {"learner": {"inputs": args.inputs.split(",")}}

@@ -12,7 +12,7 @@ from incsvr.plant.axes import AXES
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.vehicle import Identified, WholeMotion, identify, on_grid
 from incsvr.vehicle.identify import STEPS
-from service.cli.output import add_json_argument, emit, refuse_unwritable, writing
+from service.cli.output import add_json_argument, emit, refuse_replacing, writing
 from service.cli.progress import progress
 from service.commands.arguments import add_report_argument
 from service.commands.identify_text import text
@@ -20,7 +20,7 @@ from service.commands.other_velocities import MASS_MATRIX_HELP
 from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.sources import read as read_config
 from service.config.vehicle_entries import is_name
-from service.config.vehicle_file import write_vehicle
+from service.config.vehicle_file import MARK, write_vehicle
 from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import refuse_implausible, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
@@ -69,7 +69,7 @@ Began = Callable[[str, int], None]
 def answer(args: argparse.Namespace, began: Began = lambda step, count: None) -> tuple[Identified, tuple[str, ...]]:
     """The identified model, written to `--vehicle`, and the notes of the readers."""
     if args.write is not None:
-        refuse_unwritable(args.write, "--vehicle")
+        refuse_replacing(args.write, MARK, "--vehicle")
     if not is_name(args.name):
         raise BadInput("--name: give the vehicle a name of one line")
     reading = Reading.of(args, read_config(args.config))

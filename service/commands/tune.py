@@ -18,7 +18,7 @@ from incsvr.learning.scaling import PAPER_RATE, PAPER_TORQUE
 from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
 from incsvr.signals import synchronise
 from incsvr.signals.samples import Samples
-from service.cli.output import add_json_argument, emit, refuse_unwritable
+from service.cli.output import add_json_argument, emit, refuse_replacing
 from service.cli.progress import progress
 from service.commands import config_output
 from service.config.configuration import Config
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     if (args.simulated is None) == (not args.recordings):
         raise BadInput("give recordings to tune on, or --simulated SEED for the simulated Leng's T1")
     if args.write is not None:
-        refuse_unwritable(args.write, "--write")
+        refuse_replacing(args.write, config_output.MARK, "--write")
     config = read_config(args.config).of_axis(args.axis)
     if config.further_inputs:
         raise BadInput("the search is over one velocity; leave learner.inputs out of the configuration")

@@ -14,8 +14,10 @@ from service.wire.json_text import json_text
 if TYPE_CHECKING:
     from incsvr.vehicle import Vehicle
 
-HEAD = """\
-# The model of a whole vehicle, written by `incsvr identify`: M dν/dt + C(ν) ν + Σ c φ(ν, τ, η) = τ.
+MARK = "# The model of a whole vehicle, written by `incsvr identify`"
+"""The words by which a vehicle file is recognised."""
+HEAD = f"""\
+{MARK}: M dν/dt + C(ν) ν + Σ c φ(ν, τ, η) = τ.
 # ν = surge, sway, heave [m/s], roll, pitch and yaw rate [rad/s]; τ the efforts [N], [N m]; SI units throughout.
 # Each parameter has its value, the ends low and high of its interval of 95 %, and its origin: estimated, declared,
 # assumed (its axis has no actuator), not excited (the interval is wider than the axis's usual effort), or bound

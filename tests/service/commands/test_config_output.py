@@ -82,6 +82,20 @@ def test_what_is_written_is_what_was_scaled_and_said(capsys: pytest.CaptureFixtu
     assert again.signals.sample_period == config.signals.sample_period
 
 
+@pytest.mark.parametrize("words", [("fit", "--write"), ("tune", "--write"), ("identify", "--vehicle")])
+def test_a_file_that_a_person_wrote_is_not_replaced(
+    words: tuple[str, str], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    command, flag = words
+    mine = tmp_path / "config.yaml"
+    mine.write_text("prefix: leng/yaw  # mine\n")
+    assert main([command, "no_such_run.csv", flag, str(mine)]) == 2
+    assert f"config.yaml is not replaced, because incsvr did not write it; name another file with {flag}" in (
+        capsys.readouterr().err
+    )
+    assert mine.read_text() == "prefix: leng/yaw  # mine\n"
+
+
 def test_where_it_cannot_be_written_is_said_before_the_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["fit", "no_such_run.csv", "--write", str(tmp_path)]) == 2
     assert "name a file in a folder that is there with --write" in capsys.readouterr().err
