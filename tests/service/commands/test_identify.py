@@ -204,13 +204,13 @@ def test_a_wild_velocity_is_refused_with_its_time(
 
 @pytest.mark.parametrize(
     "words",
-    [("identify", "one", "--validate", "one"), ("compare", "one", "one"), ("fit", "one", "--validate", "one")],
+    [("identify", "one", "--validate", "one"), ("compare", "one", "one")],
 )
 def test_a_dive_that_is_given_twice_proves_nothing(
     words: tuple[str, ...], dives: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     given = [str(dives / "one.csv") if word == "one" else word for word in words]
-    assert main([*given, *(("--inertia", "8") if words[0] == "fit" else ())]) == 2
+    assert main(given) == 2
     assert "one.csv is given twice, and data that was fitted proves nothing" in capsys.readouterr().err
 
 
