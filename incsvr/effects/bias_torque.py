@@ -15,6 +15,8 @@ class BiasTorque(Effect):
     name = "bias_torque"
     sentence = "a constant {name} {moment} N₀ acts beside the thrusters: trim, a bent fin or a thruster offset"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 12 (bias moments)"
+    equation = "I ṙ + d(r) = τ + N₀"
+    shown_by = "{effort}s of both signs and of several sizes"
     acts = "outside"
     parameter_names = ("moment_nm",)
 

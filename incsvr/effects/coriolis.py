@@ -17,6 +17,8 @@ class Coriolis(Effect):
     of gravity off the origin (m x_g u r) and lift add; the own square is damping.
     """
 
+    equation = "I ṙ + d(r) + c x y = τ with the velocities x and y"
+    shown_by = "both velocities together, each with both signs if it has them"
     source = (
         "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 6 (rigid-body and "
         "hydrodynamic Coriolis–centripetal matrices)"

@@ -24,6 +24,8 @@ class Coulomb(Effect):
     name = "coulomb"
     sentence = "dry (Coulomb) friction: a {moment} of constant size against the {sense}"
     source = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994"
+    equation = "I ṙ + d(r) + N_c tanh(r/r_c) = τ, with a small creep rate r_c"
+    shown_by: ClassVar[str] = "slow motion in both directions, beside fast motion"
     acts = "motion"
     multiplicity = 2.0
     dry_friction = True

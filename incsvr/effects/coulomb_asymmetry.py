@@ -21,6 +21,8 @@ class CoulombAsymmetry(Coulomb):
 
     name = "coulomb_asymmetry"
     sentence = "dry (Coulomb) friction that differs with the direction of the turn"
+    equation = "I ṙ + d(r) + N_c tanh(r/r_c) = τ, with one N_c for r > 0 and another for r < 0"
+    shown_by = "slow motion in both directions, with stops"
     parameter_names = ("moment_forward_nm", "moment_backward_nm")
 
     def width(self, inner: tuple[float, ...]) -> int:

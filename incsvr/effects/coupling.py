@@ -22,6 +22,8 @@ class Coupling(Effect):
     source = (
         "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 7 (coupled 6-DOF model)"
     )
+    equation = "I ṙ + d(r) = τ + c (x − x₀)"
+    shown_by = "several values of the channel at the same {effort} and {rate}"
     acts = "outside"
 
     def __init__(self, channel: str) -> None:

@@ -17,6 +17,8 @@ class CrossFlow(Effect):
 
     sentence = "the damping grows with the size of another velocity: cross-flow drag, or damping by speed"
     source = "O. M. Faltinsen, Sea Loads on Ships and Offshore Structures, 1990; T. I. Fossen, 2011, ch. 6 (N_|v|r)"
+    equation = "I ṙ + d(r) + c |x| r = τ"
+    shown_by = "several {rates} while x is slow and while it is fast"
     acts = "motion"
     parameter_names = ("coefficient",)
 

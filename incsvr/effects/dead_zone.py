@@ -23,6 +23,7 @@ class DeadZone(Effect):
     name = "dead_zone"
     sentence = "the thrusters have a dead band: they give nothing while the commanded {moment} is small"
     source = "D. R. Yoerger, J. G. Cooke, J.-J. E. Slotine, IEEE J. Oceanic Eng. 15(3), 1990"
+    shown_by = "small commands within the band, beside larger ones"
     acts = "thrust"
     stage = 1
     searched = True
@@ -32,6 +33,8 @@ class DeadZone(Effect):
 
     def __init__(self, variant: Literal["shifted", "step"]) -> None:
         self.variant = variant
+        beyond = "τ − w sgn(τ)" if variant == "shifted" else "τ"
+        self.equation = f"a = 0 for |τ| < w, a = {beyond} otherwise"
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         low, high = self.bounds(s)

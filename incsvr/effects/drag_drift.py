@@ -15,6 +15,8 @@ class DragDrift(Effect):
     name = "drag_drift"
     sentence = "the damping {linear}, {force_symbol}_{{{symbol}|{symbol}|}} drifts over the recording, as with fouling"
     source = "M. P. Schultz, Biofouling 23(5), 2007 (drag of fouled hulls)"
+    equation = "I ṙ + d(r) (1 + f p) = τ, p from 0 to 1 over the recordings"
+    shown_by = "the same {rates} early and late in the recordings"
     acts = "damping"
     needs_clock = True
     parameter_names = ("fraction",)

@@ -18,6 +18,8 @@ class DragStep(Effect):
         "something caught"
     )
     source = "B. Wehbe et al., IROS 2017, Section IV-C (hull around the rear thruster)"
+    equation = "I ṙ + d(r) (1 + f) = τ from the instant t_s on"
+    shown_by = "the same {rates} before and after the instant"
     acts = "damping"
     searched = True
     multiplicity = 25.0

@@ -42,6 +42,8 @@ class Effect:
         name: as in the contract's vocabulary.
         variant: tells apart several forms under one name; empty for the only form.
         sentence: the physics, in one sentence in the field's words: a template of `AxisWords`, as reasons are.
+        equation: how it changes I ṙ + d(r) = τ; `a` is what the thrusters make of the command τ.
+        shown_by: what a recording must contain to show it, a template of `AxisWords`.
         source: where the physics is written down.
         acts: how it enters a simulation: `outside` a moment of time and channels alone; `motion` a moment that follows
             from rate, heading or thrust; `damping` a factor on d(r); `thrust` between command and thrust; `inertia`.
@@ -63,6 +65,8 @@ class Effect:
     name: str
     variant: str = ""
     sentence: str
+    equation: str
+    shown_by: ClassVar[str]
     source: ClassVar[str]
     acts: Literal["outside", "motion", "damping", "thrust", "inertia"]
     stage: ClassVar[int] = 0

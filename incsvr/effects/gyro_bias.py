@@ -25,6 +25,8 @@ class GyroBias(Effect):
     name = "gyro_bias"
     sentence = "the gyro's zero is off: it shows a constant rate where the vehicle does not turn, and no {moment} acts"
     source = "J. A. Farrell, Aided Navigation, 2008, ch. 11 (gyro bias)"
+    equation = "I ṙ + d(r − b) = τ"
+    shown_by = "fast and slow motion, and a measured heading: without one it looks like a constant {moment}"
     acts = "motion"
     parameter_names = ("rate_rad_s",)
 

@@ -17,11 +17,13 @@ class HeadingCurrent(Effect):
     name = "heading_current"
     sentence = "a {moment} that depends on heading: a current's drag (once a turn) or its Munk moment (twice a turn)"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 8 (ocean currents)"
+    shown_by = "motion through many headings, best in full turns, with a measured heading"
     acts = "motion"
 
     def __init__(self, harmonic: int) -> None:
         self.harmonic = harmonic
         self.variant = str(harmonic)
+        self.equation = f"I ṙ + d(r) = τ + A sin({'' if harmonic == 1 else harmonic}ψ + φ)"
 
     def width(self, inner: tuple[float, ...]) -> int:
         return 2

@@ -18,6 +18,8 @@ class Inertia(Effect):
     name = "inertia"
     sentence = "the {inertia_with_added_mass}, {added_mass}, differs from the declared one"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 6 (added mass)"
+    equation = "(I₀ + ΔI) ṙ + d(r) = τ"
+    shown_by = "{effort}s that change so fast that the {inertia} counts as much as the damping"
     acts = "inertia"
     ties = ("thrust_efficiency",)
 

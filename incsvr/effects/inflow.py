@@ -22,11 +22,13 @@ class Inflow(Effect):
         "the thruster's inflow, from the vehicle's own turning, takes thrust in proportion to r and the rotor speed"
     )
     source = "B. Wehbe et al., IROS 2017, Section IV-A; T. I. Fossen, 1994, ch. 4 (bilinear thruster model)"
+    shown_by = "large and small {effort}s at the same {rate}"
     acts = "motion"
     parameter_names = ("coefficient",)
 
     def __init__(self, variant: Literal["", "loaded"]) -> None:
         self.variant = variant
+        self.equation = f"I ṙ + d(r) + c r {'|a|' if variant else '√|a|'} = a"
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         size = np.abs(s.applied)

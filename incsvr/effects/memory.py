@@ -35,6 +35,7 @@ class Memory(Effect):
     name = "memory"
     sentence = "the damping depends on the past of the {rate}: co-rotating water or unsteady flow (fluid memory)"
     source = "W. E. Cummins, Schiffstechnik 9, 1962 (memory of the fluid); T. I. Fossen, 2011, ch. 5"
+    shown_by = "fast reversals, and steady motion of several time constants T"
     acts = "motion"
     searched = True
     multiplicity = 8.0
@@ -43,6 +44,7 @@ class Memory(Effect):
     def __init__(self, variant: Literal["linear", "co-rotating"]) -> None:
         self.variant = variant
         self.curved = variant == "co-rotating"
+        self.equation = f"I ṙ + {'d(r − β m)' if self.curved else 'd(r) − g m'} = τ, T ṁ = r − m"
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         usual = root_mean_square(s.rate)

@@ -45,6 +45,8 @@ class ThrustModulation(_Modulation):
     variant = "thrust"
     sentence = "the thrust is scaled by another channel, as by the supply voltage"
     source = "A. J. Healey et al., IEEE J. Oceanic Eng. 20(4), 1995 (motor voltage and thrust)"
+    equation = "a = (1 + c (x − x̄)) τ, with the mean x̄"
+    shown_by = "several values of the channel at the same {effort}"
     acts = "thrust"
     stage = 4
 
@@ -69,6 +71,8 @@ class DampingModulation(_Modulation):
     variant = "damping"
     sentence = "the damping is scaled by another channel"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 6 (damping)"
+    equation = "I ṙ + d(r) (1 + c (x − x̄)) = τ, with the mean x̄"
+    shown_by = "several values of the channel at the same {rate}"
     acts = "damping"
 
     def implausible(self, term: Term, s: Signals) -> str:

@@ -21,11 +21,14 @@ class Tether(Effect):
     name = "tether"
     sentence = "a tether {draws} the vehicle back with a {moment} that grows with the turned angle"
     source = "F. Dukan, M. Ludvigsen, A. J. Sørensen, OCEANS 2011 (ROV with umbilical)"
+    shown_by = "turns to both sides that twist the tether, with a measured heading"
     acts = "motion"
     multiplicity = 2.0
 
     def __init__(self, variant: Literal["", "slack"]) -> None:
         self.variant = variant
+        slack = "I ṙ + d(r) + k (ψ − ψ₀ ∓ s) = τ for |ψ − ψ₀| > s"
+        self.equation = slack if variant else "I ṙ + d(r) + k (ψ − ψ₀) = τ"
         self.searched = variant == "slack"
         self.multiplicity = 6.0 if self.searched else 1.0
 

@@ -64,6 +64,8 @@ class ThrustStep(_ThrustOfTime):
     name = "thrust_step"
     sentence = "the thrust jumps at one instant: a thruster fails or is fouled, or one comes back"
     source = "G. Antonelli, Underwater Robots, 2014, ch. 4 (faults of thrusters)"
+    equation = "a = τ, from the instant t_s on a = (1 + f) τ"
+    shown_by = "the same {effort}s before and after the instant"
     searched = True
     multiplicity = 25.0
     parameter_names = ("fraction", "at_s")
@@ -88,6 +90,8 @@ class ThrustDrift(_ThrustOfTime):
     name = "thrust_drift"
     sentence = "the thrust drifts over the recording, as with the charge of a battery"
     source = "A. J. Healey et al., IEEE J. Oceanic Eng. 20(4), 1995 (motor voltage and thrust)"
+    equation = "a = (1 + f p) τ, p from 0 to 1 over the recordings"
+    shown_by = "the same {effort}s early and late in the recordings"
     parameter_names = ("fraction",)
 
     def progress(self, s: Signals, inner: tuple[float, ...]) -> Array:

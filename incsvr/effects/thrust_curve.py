@@ -25,6 +25,8 @@ class ThrustCurve(Effect):
     name = "thrust_curve"
     sentence = "the thrust follows another power of the command than its table's, as the square of a rotor's speed"
     source = "T. I. Fossen, Guidance and Control of Ocean Vehicles, 1994, ch. 4 (T = K n|n|)"
+    equation = "a = L sgn(τ) |τ/L|^p, with the highest command L"
+    shown_by = "commands of many sizes"
     acts = "thrust"
     stage = 1
     searched = True

@@ -16,6 +16,7 @@ class ThrustSpeed(ThrustModulation):
     rudder, whose force grows with the square of the speed past it."""
 
     sentence = "the thrust depends on the advance speed: a propeller's falls with it, a rudder's grows with its square"
+    shown_by = "the same {effort}s at several surge velocities"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 12 (propeller, rudder)"
 
     def __init__(self, channel: str, variant: Literal["falls", "square"]) -> None:
@@ -23,6 +24,7 @@ class ThrustSpeed(ThrustModulation):
         self.name = "thrust_speed"
         self.variant = f"{channel} {variant}"
         self._square = variant == "square"
+        self.equation = f"a = (1 + c (x − x̄)) τ with x = {'u²' if self._square else '|u|'}"
 
     def value(self, s: Signals) -> Array:
         speed = s.channels[self.channels[0]]

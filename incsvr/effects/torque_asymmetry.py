@@ -18,6 +18,8 @@ class TorqueAsymmetry(Effect):
     name = "torque_asymmetry"
     sentence = "the thrust efficiency of the negative (reverse) direction differs from that of the positive one"
     source = "J. Carlton, Marine Propellers and Propulsion, 2018, ch. 6 (four-quadrant characteristics)"
+    equation = "a = e τ for τ < 0, a = τ otherwise"
+    shown_by = "{effort}s of both signs and of several sizes"
     acts = "thrust"
     stage = 3
 

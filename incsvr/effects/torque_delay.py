@@ -18,6 +18,8 @@ class TorqueDelay(Effect):
     name = "torque_delay"
     sentence = "the thrust follows its command after a dead time D, or the clocks of the two streams are D apart"
     source = "J. E. Normey-Rico, E. F. Camacho, Control of Dead-Time Processes, 2007, ch. 2"
+    equation = "a(t) = τ(t − D)"
+    shown_by = "sudden changes of the command, and stamps of one clock"
     acts = "thrust"
     stage = 0
     from_start = True

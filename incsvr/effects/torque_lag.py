@@ -21,6 +21,7 @@ class TorqueLag(Effect):
     name = "torque_lag"
     sentence = "the thrust follows the command with first-order rotor dynamics of time constant T"
     source = "L. L. Whitcomb, D. R. Yoerger, IEEE J. Oceanic Eng. 24(4), 1999 (thruster dynamics)"
+    shown_by = "sudden changes of the command"
     acts = "thrust"
     stage = 5
     from_start = True
@@ -30,6 +31,8 @@ class TorqueLag(Effect):
 
     def __init__(self, variant: Literal["moment", "rotor speed"]) -> None:
         self.variant = variant
+        rotor = "T ṅ + n = sgn(τ) √|τ|, a = n |n|"
+        self.equation = "T ȧ + a = τ" if variant == "moment" else rotor
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         return [(float(t),) for t in np.geomspace(0.5 * s.step, s.scale, 6)]

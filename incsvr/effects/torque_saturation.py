@@ -37,6 +37,11 @@ SENTENCE_OF_VARIANT = {
     "smooth limit": "the thrust saturates gradually as L tanh(τ/L): a quarter is lost at τ = L, and L is never reached",
 }
 """The limit L of each variant means another thrust, so each variant says which."""
+EQUATION_OF_VARIANT = {
+    "limit": "a = τ for |τ| < L, a = L sgn(τ) otherwise",
+    "rounded corner": "a = τ for small τ, bent into a = L sgn(τ) over a part of L",
+    "smooth limit": "a = L tanh(τ/L)",
+}
 
 
 class Saturation(Effect):
@@ -44,6 +49,7 @@ class Saturation(Effect):
 
     name = "torque_saturation"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 12 (saturation)"
+    shown_by = "commands beyond the limit, beside smaller ones"
     acts = "thrust"
     stage = 2
     searched = True
@@ -54,6 +60,7 @@ class Saturation(Effect):
     def __init__(self, variant: Literal["limit", "rounded corner", "smooth limit"]) -> None:
         self.variant = variant
         self.sentence = SENTENCE_OF_VARIANT[variant]
+        self.equation = EQUATION_OF_VARIANT[variant]
         self.shapes = ROUND_WIDTH_RANGE if variant == "rounded corner" else None
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
@@ -116,6 +123,8 @@ class SoftSaturation(Effect):
     variant = "coefficient"
     sentence = "the thrust falls short more and more at high command: a ≈ τ (1 − c |τ|)"
     source = "A. J. Healey et al., IEEE J. Oceanic Eng. 20(4), 1995 (thruster models with voltage sag)"
+    equation = "a = τ (1 − c |τ|)"
+    shown_by = "commands up to the highest, beside smaller ones"
     acts = "thrust"
     stage = 2
     parameter_names = ("coefficient",)

@@ -17,6 +17,8 @@ class Wave(Effect):
     name = "wave"
     sentence = "a periodic {moment} acts that depends on time alone, as of regular waves"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 8 (wave moments)"
+    equation = "I ṙ + d(r) = τ + A sin(2π t/P + φ)"
+    shown_by = "many periods, with commands of other periods"
     acts = "outside"
     searched = True
     multiplicity = 300.0

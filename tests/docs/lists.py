@@ -1,4 +1,4 @@
-"""The generated lists of docs/commands.md and docs/configuration.md: every command and every value of the program."""
+"""The generated lists of the reference: every command, every value of the configuration, every effect."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
+from incsvr.effects import Effect, Term, candidates
+from incsvr.plant.words import YAW_WORDS
+from incsvr.tracing.sentences import LABELS
 from service.cli.command_line import whole_parser
 from service.cli.parser import Parser
 from service.config.config_writer import _bounds
@@ -95,5 +98,52 @@ def _rows(parser: Parser) -> list[str]:
     return rows if len(rows) > 2 else []
 
 
-LISTS = {"docs/commands.md": commands, "docs/configuration.md": configuration}
+KINDS_OF_EFFECT = {
+    "Thrusters": ("thrust",),
+    "Inertia and damping": ("inertia", "damping"),
+    "Further moments": ("motion", "outside"),
+}
+"""Heading → how its effects enter the equation."""
+CHANNELS = ("CHANNEL", "surge", "sway")
+"""A channel of any name, and the two velocities whose products and sizes have effects of their own."""
+
+
+def effects() -> str:
+    """Every effect of the catalogue in yaw, by what it changes."""
+    first = {(effect.name.partition(":")[0], effect.variant): effect for effect in reversed(candidates(CHANNELS))}
+    found = list(reversed(first.values()))
+    return "\n\n".join(f"## {head}\n\n{_effects(found, acts)}" for head, acts in KINDS_OF_EFFECT.items())
+
+
+def _effects(found: list[Effect], acts: tuple[str, ...]) -> str:
+    """The effects of these kinds, one row for the variants of one sentence."""
+    rows: dict[tuple[str, str], list[Effect]] = {}
+    for effect in found:
+        if effect.acts in acts:
+            rows.setdefault((effect.name, effect.sentence), []).append(effect)
+    head = "| effect | what happens | equation | parameters | data that show it |\n|---|---|---|---|---|"
+    return "\n".join([head, *(_effect(forms) for forms in rows.values())])
+
+
+def _effect(forms: list[Effect]) -> str:
+    effect = forms[0]
+    equations = "<br>".join(dict.fromkeys(f"`{form.equation}`" for form in forms))
+    parameters = "<br>".join(dict.fromkeys(each for form in forms for each in _parameters(form)))
+    texts = (f"`{effect.name}`", _capital(effect.sentence), equations, parameters, _capital(effect.shown_by))
+    return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
+
+
+def _parameters(effect: Effect) -> list[str]:
+    inner = (1.0, 1.0)
+    term = Term(effect.name, effect.variant, (1.0,) * effect.width(inner), inner)
+    labels = ((name, *map(YAW_WORDS.fill, LABELS[name])) for name in effect.parameters(term, 1.0))
+    return [f"`{name}`: {label}{f' [{unit}]' if unit else ''}" for name, label, unit in labels]
+
+
+def _capital(template: str) -> str:
+    text = YAW_WORDS.fill(template)
+    return text[0].upper() + text[1:]
+
+
+LISTS = {"docs/commands.md": commands, "docs/configuration.md": configuration, "docs/effects.md": effects}
 """The pages with a generated list, and what generates it."""

@@ -9,6 +9,7 @@ import pytest
 
 from incsvr.effects import Effect, Signals, Term, candidates, catalogue
 from incsvr.numerics import Array
+from incsvr.plant.words import YAW_WORDS
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.sentences import LABELS, sentence
 
@@ -84,6 +85,8 @@ def test_the_catalogue_is_the_contracts_vocabulary() -> None:
 class TestEveryEffect:
     def test_says_its_physics_and_source(self, effect: Effect) -> None:
         assert len(effect.sentence) > 20
+        assert len(YAW_WORDS.fill(effect.shown_by)) > 10
+        assert any(symbol in effect.equation for symbol in ("ṙ", "a =", "a(t) =", "+ a ="))
         assert any(character.isdigit() for character in effect.source)
         assert effect.__doc__ or type(effect).__mro__[1].__doc__
 
