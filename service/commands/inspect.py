@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -21,13 +21,14 @@ from service.inputs.clocks import without_leaps
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.presets import Proposal
 from service.inputs.quantities import si_unit
-from service.inputs.settings import Inputs, Preset, Source, Thrusters
+from service.inputs.settings import Inputs, Source, Thrusters
 from service.inputs.table import Table, Topic
 from service.logs.cut_log import cut_log
-from service.logs.cutting import Cut, add_cut_arguments
+from service.logs.cutting import Cut
 from service.logs.dives import DIVE_RULE, one_dive
 from service.logs.reading import LogDescription, describe, read, since_1970, writing_times
 from service.logs.suspect_columns import in_degrees, refuse_without_numbers
+from service.recordings.reading import add_log_arguments
 
 SHOWN_FIELDS = 6
 """Fields of a topic that are shown to people; all of them go into the JSON object."""
@@ -39,20 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "files", nargs="+", type=Path, metavar="FILE", help=f"a log, or the folder of a bag; {DIVE_RULE}"
     )
-    parser.add_argument("--preset", choices=get_args(Preset), help="preset of the vehicle, if the log does not show it")
-    parser.add_argument(
-        "--column",
-        action="append",
-        default=[],
-        metavar="NAME=FIELD",
-        help="source of a quantity, such as yaw_rate=r:deg/s",
-    )
-    parser.add_argument("--system", metavar="NAME", help="the vehicle to read, if a log contains several: 2, or rov2")
-    parser.add_argument(
-        "--config", type=Path, metavar="FILE", help="configuration whose section inputs describes the log"
-    )
+    add_log_arguments(parser, config=True, axis=False)
     parser.add_argument("--topic", metavar="NAME", help="show all fields of this topic")
-    add_cut_arguments(parser)
     add_json_argument(parser)
 
 
