@@ -37,12 +37,19 @@ class EffectsPage:
         rec.dots("effects/torque/measured", LIGHT.old, "Measured", MarkerShape.Circle, 2.0)
         rec.line("effects/torque/predicted", LIGHT.new, "Predicted")
         self._ledger, self._told = EffectsLedger(), False
-        self._found: dict[str, str] = {}
+        self._found: dict[str, tuple[str, str]] = {}  # entity → effect and parameter
 
     @property
     def found(self) -> Mapping[str, str]:
-        """What is drawn of suspected effects while none is in force: entity → the title of its plot."""
-        return {} if self._ledger.effects else dict(self._found)
+        """The plots of what was found while no effect is in force: entity → title, with what the ledger calls it."""
+        if self._ledger.effects:
+            return {}
+        states = {str(each.get("effect")): str(each.get("state", "found")) for each in self._ledger.found}
+        present_first = sorted(self._found.items(), key=lambda each: each[1][0] not in states)
+        return {
+            path: found_title(name, states.get(name, "no longer found"), key, self._rec.words)
+            for path, (name, key) in present_first
+        }
 
     def say(self, ledger: EffectsLedger) -> None:
         """The ledger, at the clocks that are set."""
@@ -88,7 +95,7 @@ class EffectsPage:
                     continue
                 path = f"effects/found/{_entity(name)}/{key}"
                 if path not in self._found:
-                    self._found[path] = found_title(name, key, self._rec.words)
+                    self._found[path] = name, key
                     colours = {"estimate": LIGHT.new, "low": LIGHT.discarded, "high": LIGHT.discarded}
                     for line, colour in colours.items():
                         title = {"estimate": "Estimate", "low": "95 % from", "high": "to"}[line]

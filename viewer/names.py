@@ -56,10 +56,10 @@ def parameter(name: str, value: float, interval: Any = None, axis: AxisWords = Y
     return shown + (f" ({interval[0]:.3g} to {interval[1]:.3g})" if interval and interval[0] < interval[1] else "")
 
 
-def found_title(name: str, parameter: str, axis: AxisWords) -> str:
-    """The title of a suspected effect's parameter: Torque lag, suspected: time constant [s]."""
+def found_title(name: str, state: str, parameter: str, axis: AxisWords) -> str:
+    """The title of a found effect's parameter: Torque lag, proven: time constant [s]."""
     label, unit = _label(parameter, axis)
-    return f"{effect(name)}, suspected: {label}" + (f" [{unit}]" if unit else "")
+    return f"{effect(name)}, {state}: {label}" + (f" [{unit}]" if unit else "")
 
 
 def _label(parameter: str, axis: AxisWords) -> tuple[str, str]:

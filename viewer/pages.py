@@ -27,8 +27,8 @@ WINDOW_S = 180.0
 MARGIN_S = 40.0
 """Room beside the signals, where the legend stands [s]."""
 NOTHING_FOUND: Mapping[str, str] = {}
-MAX_SUSPECTED_PLOTS = 4
-"""Parameters of suspected effects that are drawn one above the other."""
+MAX_FOUND_PLOTS = 4
+"""Parameters of found effects that are drawn one above the other."""
 _END = rr.TimeRangeBoundary.infinite()
 PLAYBACK_SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
@@ -45,7 +45,7 @@ def blueprint(
     """All pages as tabs, following the vehicle's time: on it every page has something to show.
 
     Where further channels have come, they have a page, too, and so have the further velocities that damping is learned
-    over. What is suspected while no effect is in force (`found`: entity → title) is drawn in place of the parts. Names
+    over. What is found while no effect is in force (`found`: entity → title) is drawn in place of the parts. Names
     are those of the axis.
     """
     further: list[rrb.Container] = [_channels(channels)] if channels else []
@@ -164,7 +164,7 @@ def _effects(axis: Axis, found: Mapping[str, str]) -> rrb.Horizontal:
         _plot("effects/parts", f"What each part takes of the predicted {words.effort} [{words.effort_unit}]"),
     ]
     if found:
-        plots = [_plot(path, title) for path, title in list(found.items())[:MAX_SUSPECTED_PLOTS]]
+        plots = [_plot(path, title) for path, title in list(found.items())[:MAX_FOUND_PLOTS]]
     return rrb.Horizontal(
         rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
         rrb.Vertical(*plots),

@@ -32,7 +32,7 @@ class RecordingPages:
         self.recorder = recorder
         self.revision = 0
         self._palette, self._choice = palette, choice
-        self._laid: tuple[int, int, tuple[str, ...]] = (0, 0, ())
+        self._laid: tuple[int, int, tuple[tuple[str, str], ...]] = (0, 0, ())
         self._iteration: int | None = None
         self._vehicle: float | None = None
         self._said: tuple[Any, float] = (None, 0.0)  # what was last logged of the learner's health, and when
@@ -106,8 +106,8 @@ class RecordingPages:
         self._effects.say(ledger)
 
     @property
-    def suspected(self) -> Mapping[str, str]:
-        """What is drawn of suspected effects: entity → the title of its plot."""
+    def found(self) -> Mapping[str, str]:
+        """What is drawn of effects that are not in force: entity → the title of its plot."""
         return self._effects.found
 
     def flush(self) -> bool:
@@ -117,9 +117,9 @@ class RecordingPages:
         return self.recorder.flush()
 
     def _lay_out(self) -> None:
-        """Pages for the further channels and velocities, and for what is suspected, laid out anew where one came."""
-        channels, others, found = self._signals.channels, self._slices.others, self.suspected
-        wanted = (len(channels), len(others), tuple(found))
+        """Pages for the further channels and velocities, and for what is found, laid out anew where one came."""
+        channels, others, found = self._signals.channels, self._slices.others, self.found
+        wanted = (len(channels), len(others), tuple(found.items()))
         if wanted != self._laid:
             self._laid = wanted
             self.recorder.lay_out(

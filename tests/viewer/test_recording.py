@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from service.wire import SETS, EffectsLedger, Health, Measurement, Points, Validation
 from tests.viewer.conftest import Run
 from tests.viewer.readback import points, rows, series, shown
-from viewer import archive
+from viewer import archive, recording_pages
 from viewer.compare import Choice
 from viewer.curve import trained_part
 from viewer.effects import columns
@@ -230,7 +231,16 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
         assert logged[f"/{name}"][-values.size :] == pytest.approx(values)
 
 
-def test_what_is_suspected_is_drawn_until_effects_are_in_force(run: Run, tmp_path: Path) -> None:
+def test_what_is_found_is_drawn_with_its_state_until_effects_are_in_force(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plots: list[dict[str, str]] = []
+
+    def laid_out(*palette: Any, **what: Any) -> Any:
+        plots.append(what["found"])
+        return blueprint(*palette, **what)
+
+    monkeypatch.setattr(recording_pages, "blueprint", laid_out)
     path = tmp_path / "suspected.rrd"
     recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
@@ -239,9 +249,15 @@ def test_what_is_suspected_is_drawn_until_effects_are_in_force(run: Run, tmp_pat
     pages.effects(EffectsLedger(mode="advise", found=(found | about,)), time.time())
     for report, snapshot in run.iterations[:2]:
         pages.iteration(Frame(report, snapshot, None))
-    assert list(pages.suspected) == ["effects/found/torque_lag/time_constant_s"]
+    entity = "effects/found/torque_lag/time_constant_s"
+    assert pages.flush()
+    pages.effects(EffectsLedger(mode="advise", found=(found | about | {"state": "proven"},)), time.time())
+    assert pages.flush()
+    assert plots == [{entity: f"Torque lag, {state}: time constant [s]"} for state in ("suspected", "proven")]
+    pages.effects(EffectsLedger(mode="advise"), time.time())
+    assert pages.found == {entity: "Torque lag, no longer found: time constant [s]"}
     pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
-    assert not pages.suspected
+    assert not pages.found
     recorder.close()
     drawn = series(path, "/effects/found")
     assert {name.rpartition("/")[2]: set(values) for name, values in drawn.items()} == {
