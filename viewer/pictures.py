@@ -11,7 +11,7 @@ from viewer import experiment, hull_picture
 from viewer.pages import PAGES
 from viewer.screen import Screen
 
-ITERATIONS = (1, 5, 12, 15, 22)
+ITERATIONS = (1, 15, 22)
 
 
 def main() -> int:
