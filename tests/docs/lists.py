@@ -127,7 +127,7 @@ def _effects(found: list[Effect], acts: tuple[str, ...]) -> str:
 
 def _effect(forms: list[Effect]) -> str:
     effect = forms[0]
-    equations = "<br>".join(dict.fromkeys(f"`{form.equation}`" for form in forms))
+    equations = "<br>".join(dict.fromkeys(form.equation for form in forms))
     parameters = "<br>".join(dict.fromkeys(each for form in forms for each in _parameters(form)))
     texts = (f"`{effect.name}`", _capital(effect.sentence), equations, parameters, _capital(effect.shown_by))
     return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
