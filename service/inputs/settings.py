@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import hypot
 from pathlib import Path
-from typing import Annotated, Literal, Self, TypedDict
+from typing import Annotated, Any, Literal, Self, TypedDict
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -145,7 +145,9 @@ class Thrusters(Section):
     command: Literal["pwm", "fraction", "rpm", "rad/s", "N"] = Field(description="what a command is; pwm in µs")
     each: tuple[Thruster, ...] = Field(min_length=1, description="the thrusters that turn the vehicle")
     curve: Literal["t200", "linear", "quadratic"] | Path = Field(
-        default="t200", description="static thrust: t200, linear, quadratic, or a file of command and newtons"
+        default="t200",
+        description="static thrust: t200, linear, quadratic (the default of rpm and rad/s), or a file of command and "
+        "newtons",
     )
     full: float = Field(
         default=1.0, gt=0.0, description="N at full command, or N s²/rad² of K₁ω|ω| where the curve is quadratic"
@@ -170,6 +172,14 @@ class Thrusters(Section):
         if not self.topic and not all(each.topic for each in self.each):
             raise ValueError("give the topic of the commands, of all together or of each thruster")
         return self
+
+    @model_validator(mode="before")
+    @classmethod
+    def _default_curve(cls, given: Any) -> Any:
+        """Of rotors whose speed is commanded the thrust is quadratic, unless something else is given."""
+        if isinstance(given, Mapping) and given.get("command") in ("rpm", "rad/s"):
+            return {"curve": "quadratic", **given}
+        return given
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
