@@ -127,6 +127,7 @@ def _flags(flags: Mapping[str, Any]) -> list[str]:
             words.append(flag)
         elif value is not None and value is not False:
             value = _entries(value) if name == "mass_matrix" and not isinstance(value, str) else value
+            value = ",".join(value) if name == "inputs" and not isinstance(value, str) else value
             several = value if isinstance(value, (list, tuple)) else [value]
             words += [f"{flag}={each}" for each in several]
     return words

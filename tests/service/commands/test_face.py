@@ -120,6 +120,12 @@ def test_a_mass_matrix_is_a_list_or_an_array_as_well_as_a_text(logs: tuple[Path,
         assert incsvr.fit(logs[0], mass_matrix=given).to_dict() == told
 
 
+@pytest.mark.parametrize("given", ["surge,yaw_rate", ["surge", "yaw_rate"]])
+def test_velocities_are_a_list_as_well_as_a_text(given: Any, logs: tuple[Path, Path]) -> None:
+    with pytest.raises(incsvr.BadInput, match="surge"):
+        incsvr.fit(logs[0], inertia=350, inputs=given)
+
+
 def test_what_is_no_log_is_refused() -> None:
     with pytest.raises(incsvr.BadInput, match="not int"):
         incsvr.read(3)  # type: ignore[arg-type]
