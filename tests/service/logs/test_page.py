@@ -30,7 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rows = zip((1000.0 * truth.time).tolist(), (-57.29578 * truth.rate).tolist(), truth.torque.tolist(), strict=True)
     (at / "others.csv").write_text("stamp;r;tau\n" + "".join(f"{t:.0f};{r};{tau}\n" for t, r, tau in rows))
     learner = "vehicle: {rate_range: [-2.0, 2.0], rate_limit: 6.0}\nsignals: {sample_period: 0.1, smoothing: 0.1}\n"
-    (at / "vehicle.yaml").write_text(CONFIGURATION + learner, encoding="utf-8")
+    (at / "dive_config.yaml").write_text(CONFIGURATION + learner, encoding="utf-8")
     return at
 
 
