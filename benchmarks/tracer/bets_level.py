@@ -21,7 +21,7 @@ from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.fresh_data import COMMANDED_TORQUE, as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.tracing import innovations
-from incsvr.tracing.candidates import admissible, leads
+from incsvr.tracing.candidates import admissible, every_lead
 from incsvr.tracing.fit import fit
 from incsvr.tracing.model import model_of
 from service.config.configuration import Config
@@ -70,10 +70,11 @@ def _fitted(name: str, streams: Streams, config: Config) -> Compensation:
     problem = innovations.pose([as_run(streams)], config.vehicle.inertia, [], COMMANDED_TORQUE)
     base = fit(problem, problem.start, problem.colour)
     effects = [effect for effect in admissible([], problem.cells) if effect.name == name]
-    found = leads(problem, base, effects, 1, 0)
-    if not found:
-        raise BadInput(f"{name} explains nothing of these data")
-    fitted = fit(problem, base.hypothesis.with_part(found[0].part), base.colour)
+    alone = [lead for lead in every_lead(problem, base, effects) if len(lead.parts) == 1]
+    if not alone:
+        raise BadInput(f"these data do not hold what shows {name}")
+    best = max(alone, key=lambda lead: lead.gain)
+    fitted = fit(problem, base.hypothesis.with_part(best.part), base.colour)
     return Compensation.of(model_of(problem, fitted, 0.0))
 
 

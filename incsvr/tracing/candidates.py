@@ -47,7 +47,7 @@ class Lead:
 def leads(problem: Problem, fitted: Fit, effects: Sequence[Effect], alone: int, pairs: int) -> list[Lead]:
     """The most telling candidates that are not in the fit: so many alone, so many with a free inertia."""
     found: dict[tuple[str, int], Lead] = {}
-    for lead in _every(problem, fitted, effects):
+    for lead in every_lead(problem, fitted, effects):
         if lead.key not in found or lead.gain > found[lead.key].gain:
             found[lead.key] = lead
     singly = {key: lead.gain for (key, count), lead in found.items() if count == 1}
@@ -63,7 +63,7 @@ def leads(problem: Problem, fitted: Fit, effects: Sequence[Effect], alone: int, 
     return chosen
 
 
-def _every(problem: Problem, fitted: Fit, effects: Sequence[Effect]) -> Iterator[Lead]:
+def every_lead(problem: Problem, fitted: Fit, effects: Sequence[Effect]) -> Iterator[Lead]:
     """Every start of every candidate, alone and beside a free inertia."""
     dynamics = fitted.response.dynamics
     seen = replace(dynamics.seen, residual=residual(dynamics))
