@@ -213,7 +213,10 @@ class Thrusters(Section):
 class Inputs(Section):
     """The inputs in other forms than our own; the preset gives those that are left out."""
 
-    preset: Preset | None = Field(default=None, description="blueos, ros2, keelson, px4 or incsvr; null: detected")
+    preset: Preset | None = Field(
+        default=None,
+        description="blueos, ros2, keelson, px4 (logs alone) or incsvr; null: own keys on the bus, detected in logs",
+    )
     yaw_rate: Source | None = Field(default=None, description="source of the yaw rate: topic, field, unit, …")
     torque: Source | None = Field(default=None, description="source of the torque, if it is measured or published")
     thrusters: Thrusters | None = Field(default=None, description="or the thrusters' commands, and their lever arms")
