@@ -24,7 +24,7 @@ from service.commands.other_velocities import MASS_MATRIX_HELP
 from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.sources import read as read_config
 from service.recordings.body_reading import read_body
-from service.recordings.log_refusals import refuse_implausible, refuse_twice
+from service.recordings.log_refusals import DIVE_GIVEN_TWICE, refuse_implausible, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
 
 MAX_LINES = 40
@@ -90,7 +90,7 @@ def answer(args: argparse.Namespace) -> Comparison:
             raise BadInput(f"{path}: is a table of dives, which only the command incsvr compare takes; give logs")
     reading = Reading.of(args, read_config(args.config))
     recordings = [read_body(reading, [path])[0] for path in args.dives]
-    refuse_twice(recordings)
+    refuse_twice(recordings, DIVE_GIVEN_TWICE)
     for recording in recordings:
         refuse_implausible(recording)
     streams = [recording.body_streams() for recording in recordings]

@@ -24,6 +24,10 @@ MIN_TURN_DEVIATIONS = 7.0
 about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
 WILD_FACTOR = 3.0
 """Multiple of an axis's `fastest` beyond which a velocity is no measurement: jolts of real vehicles reach `fastest`."""
+GIVEN_TWICE = "data that was fitted proves nothing: give each recording once, to fit or to validate"
+"""What is wrong with the same data given twice, and the cure, where some are fitted and some validate."""
+DIVE_GIVEN_TWICE = "a dive that counts twice makes changes look surer than they are: give each dive once"
+"""The same where dives are compared."""
 
 
 def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words: AxisWords) -> None:
@@ -61,8 +65,8 @@ def refuse_implausible(recording: Recording) -> None:
             )
 
 
-def refuse_twice(recordings: Sequence[Recording]) -> None:
-    """Refuses the same data given twice: evidence would count double, and data that was fitted proves nothing.
+def refuse_twice(recordings: Sequence[Recording], why: str = GIVEN_TWICE) -> None:
+    """Refuses the same data given twice, because evidence would count double.
 
     Raises:
         BadInput: two recordings hold the same velocity and effort, or where these are constant the same of everything,
@@ -76,10 +80,7 @@ def refuse_twice(recordings: Sequence[Recording]) -> None:
         content = tuple(values.tobytes() for values in own)
         if content in seen:
             same = f"holds the same data as {seen[content]}" if recording.name != seen[content] else "is given twice"
-            raise BadInput(
-                f"{recording.name} {same}, and data that was fitted proves nothing: give each recording once, to fit "
-                "or to validate"
-            )
+            raise BadInput(f"{recording.name} {same}, and {why}")
         seen[content] = recording.name
 
 

@@ -203,15 +203,18 @@ def test_a_wild_velocity_is_refused_with_its_time(
 
 
 @pytest.mark.parametrize(
-    "words",
-    [("identify", "one", "--validate", "one"), ("compare", "one", "one")],
+    ("command", "flags", "reason"),
+    [
+        ("identify", ["--validate"], "data that was fitted proves nothing"),
+        ("compare", [], "a dive that counts twice makes changes look surer than they are"),
+    ],
 )
-def test_a_dive_that_is_given_twice_proves_nothing(
-    words: tuple[str, ...], dives: Path, capsys: pytest.CaptureFixture[str]
+def test_a_dive_that_is_given_twice_is_refused(
+    command: str, flags: list[str], reason: str, dives: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    given = [str(dives / "one.csv") if word == "one" else word for word in words]
-    assert main(given) == 2
-    assert "one.csv is given twice, and data that was fitted proves nothing" in capsys.readouterr().err
+    one = str(dives / "one.csv")
+    assert main([command, one, *flags, one]) == 2
+    assert f"one.csv is given twice, and {reason}" in capsys.readouterr().err
 
 
 def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path) -> None:
