@@ -79,6 +79,13 @@ def state(page: Server) -> dict[str, Any]:
     return dict(json.loads(asked(page, "GET", "/identify")[1]))
 
 
+def await_state(page: Server, name: str) -> None:
+    until = time.monotonic() + PATIENCE
+    while (found := state(page))["state"] != name:
+        assert time.monotonic() < until, found
+        time.sleep(0.02)
+
+
 def ended(page: Server) -> dict[str, Any]:
     """The state once nothing is at work."""
     until = time.monotonic() + PATIENCE
@@ -198,12 +205,9 @@ def test_a_log_that_is_too_large_empty_or_breaks_off_is_not_taken(
     for name, value in {**ASKED, "Content-Length": "500"}.items():
         connection.putheader(name, value)
     connection.endheaders(b"t,yaw_rate")
+    await_state(page, "receiving")
     connection.close()
-    until = time.monotonic() + PATIENCE
-    while state(page)["state"] == "receiving":
-        assert time.monotonic() < until
-        time.sleep(0.02)
-    assert state(page)["state"] == "none"
+    await_state(page, "none")
 
 
 @pytest.mark.slow
