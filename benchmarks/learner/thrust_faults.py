@@ -17,6 +17,7 @@ import numpy as np
 
 from benchmarks.study import MEASURED, Record, begin, in_processes, options, publish, revision
 from benchmarks.tables import grouped, page, table
+from benchmarks.tracer.live_missions import EFFECTS
 from incsvr.forecasting.thrust_watch import ThrustChange
 from service.commands.config_output import scaled_config
 from service.config.sources import read
@@ -35,15 +36,6 @@ VEHICLES = ("rov", "auv")
 FAULT_KINDS = ("survey", "waypoints", "zigzag", "pipeline", "rate_control")
 """Missions in which the vehicle turns: on a straight leg nobody can tell."""
 QUIET_KINDS = (*FAULT_KINDS, "circles", "transit", "station", "day", "wagging", "bursts", "one_sided")
-LASTING_EFFECTS = (
-    "dead_zone",
-    "torque_asymmetry",
-    "torque_saturation",
-    "bias_torque",
-    "inertia",
-    "torque_lag",
-    "torque_delay",
-)
 LOST = {"half": 0.25, "none": 0.5}
 """Part of the yaw thrust that two thrusters lose when one gives half, or none."""
 MISSION_S, FAULT_S, HOUR_S = 1800.0, 300.0, 3600.0
@@ -103,7 +95,7 @@ def _lasting(seed: int, control_rate: float) -> Record:
         recording, inertia = leng_log(f"leng {seed}", seed), leng.INERTIA
         return {"kind": "log", "vehicle": "leng", "false": [_plain(each) for each in watched(recording, inertia)]}
     random = np.random.default_rng([seed, *b"lasting"])
-    kind, vehicle, effect = (str(random.choice(names)) for names in (FAULT_KINDS, VEHICLES, LASTING_EFFECTS))
+    kind, vehicle, effect = (str(random.choice(names)) for names in (FAULT_KINDS, VEHICLES, EFFECTS))
     outcome = play(Mission(kind, vehicle, seed, effect, duration=MISSION_S, control_rate=control_rate))
     found = watched(outcome.recording, outcome.inertia)
     return {"kind": f"{kind} with {effect}", "vehicle": vehicle, "false": [_plain(each) for each in found]}

@@ -22,7 +22,8 @@ CHANGE_PRIORS = {"thrust": (0.4, 0.0, 0.0), "damping": (0.0, 0.5, 0.0), "moment"
 """Deviations of each change in the first three causes: thrust that is lacking and damping that has grown, as parts of
 them, and a moment, in usual torques. An inertia that has shrunk is thrust that is lacking beside damping that is."""
 MIN_DRIFTS = (0.03, 0.06, 0.06)
-"""Deviations of the same three over minutes in which nothing happens, at least."""
+"""Smallest deviations of thrust, damping (as parts of them) and moment (in usual torques) from one stretch of data to
+the next while nothing happens."""
 CURVE_KNOTS = 6
 """Rates at which the learned curve may be off, each by its own error."""
 LAG_COUNT = 5
@@ -72,8 +73,8 @@ class ThrustEvidence:
         )  # fmt: skip
 
     def with_drift_of(self, white: Array, causes: Array, length: int) -> ThrustEvidence:
-        """The same with the drift of the thrust between the stretches of data before the onsets: by how much the
-        lacking thrust of each stretch differs from that of all others (root mean square), beyond what noise explains.
+        """This evidence with the drift of the thrust measured: the root mean square by which the lacking thrust of one
+        stretch before the onsets differs from that of all other stretches, less what noise explains of it.
 
         Args:
             white, causes: (n,) and (n, p) of the data before the onsets.

@@ -13,7 +13,8 @@ and data after it weigh, by their marginal likelihood,
 
     nothing, against a change of f alone, of g alone, of b alone, or of the inertia alone (f = h, g = −h).
 
-Thrust has changed where f explains what came far better than nothing does, and clearly better than the others do.
+By how much f wanders between stretches of earlier data of the same length counts as usual. Thrust has changed where f
+explains what came far better than nothing does, and clearly better than the others do.
 Source of the test: A. Willsky, H. Jones, IEEE Trans. Automatic Control 21, 1976 (generalised likelihood ratio).
 """
 
@@ -204,6 +205,7 @@ def _judged(white: Array, causes: Array, onsets: NDArray[np.intp], cells: Comman
     best = int(np.argmax(found))
     if best == onsets.size - 1:
         return None  # the onset may be later than any that is tried yet
+    # A vehicle with an effect that the model lacks wanders more than MIN_DRIFTS: its own earlier stretches say how far.
     seen = seen.with_drift_of(white[before], causes[before], white.size - int(onsets[best]))
     found = seen.likelihood("thrust")
     odds = float(found[best] - np.max(seen.likelihood(None)))

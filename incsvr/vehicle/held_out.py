@@ -60,20 +60,21 @@ class Validation:
 
 
 NO_VALIDATION = Validation(NO_ERRORS, {}, None)
-"""Of a model that was not asked to predict."""
+"""The validation of a model that was not asked to predict: no errors, no course."""
 
 
 def validated(
-    motion: WholeMotion, unseen: WholeMotion | None, fitted: Fit, scales: Scales, begins: Callable[[str], None]
+    windows: Windows, unseen: WholeMotion | None, fitted: Fit, scales: Scales, begins: Callable[[str], None]
 ) -> Validation:
     """The errors of a model on other recordings, or on each part of its own by the others.
 
     Args:
-        motion: recordings that the model was fitted to.
+        windows: of the recordings that the model was fitted to.
         unseen: other recordings.
         begins: callback that is given each step as it begins.
     """
-    splits = [(spread_windows(motion), unseen)] if unseen is not None else _parts_in_turns(motion)
+    motion = windows.motion
+    splits = [(windows, unseen)] if unseen is not None else _parts_in_turns(motion)
     begins("predicting unseen data")
     judgements = [_judged(part, fitted, scales, test) for part, test in splits]
     by_itself = {}

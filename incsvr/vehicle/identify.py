@@ -129,7 +129,7 @@ def identify(
     windows = spread_windows(motion)
     fitted = _fitted(windows, driven, declared, scales, begins)
     vehicle = _vehicle(name, driven, motion, fitted, scales, declared)
-    found = validated(motion, unseen, fitted, scales, begins) if validate else NO_VALIDATION
+    found = validated(windows, unseen, fitted, scales, begins) if validate else NO_VALIDATION
     current = suspected_current(windows, fitted)
     return Identified(
         vehicle,
@@ -264,9 +264,9 @@ def _vehicle(
     low, high = intervals(fitted, bounds)
     values = np.clip(fitted.parameters, *bounds)
     at_end = np.isclose(values, bounds[0]) | np.isclose(values, bounds[1])
-    at_end[len(structure.mass) :] = False  # that of damping is zero, as a hull may have it
-    told = high - low < 2.0 * np.maximum(fitted.scale, np.abs(values))
-    origins = np.where(at_end, BOUND_REACHED, np.where(told, ESTIMATED, UNKNOWN))
+    at_end[len(structure.mass) :] = False  # the bound of damping is zero, which a hull may have
+    excited = high - low < 2.0 * np.maximum(fitted.scale, np.abs(values))
+    origins = np.where(at_end, BOUND_REACHED, np.where(excited, ESTIMATED, UNKNOWN))
     rows = zip(values.tolist(), low.tolist(), high.tolist(), origins.tolist(), strict=True)
     parameters = [Parameter(*row) for row in rows]
     mass = dict(zip(structure.mass, parameters, strict=False))

@@ -15,9 +15,9 @@ from incsvr.vehicle.simulation import decay, simulate
 from incsvr.vehicle.structure import Structure
 from incsvr.vehicle.terms import Term
 
-ESTIMATED, DECLARED, ASSUMED, UNKNOWN = "estimated", "declared", "assumed", "not excited"
-BOUND_REACHED = "bound reached"
-"""The origin of a parameter. An inertia is assumed where its axis has no actuator, and any scale would do; a
+ESTIMATED, DECLARED, ASSUMED = "estimated", "declared", "assumed"
+UNKNOWN, BOUND_REACHED = "not excited", "bound reached"
+"""The origins of a parameter. An inertia is assumed where its axis has no actuator, and any scale would do; a
 parameter is not excited where its interval is wider than all of the axis's usual effort; an inertia's bound is
 reached where the search ended at its edge, so that the recordings do not determine it."""
 

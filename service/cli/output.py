@@ -16,6 +16,8 @@ from service.wire.json_text import json_text, write_json
 
 WIDTH = 80
 """Columns of a line for people."""
+HEAD_CHARACTERS = 1000
+"""Characters at the begin of a file among which the mark of what `incsvr` wrote stands."""
 
 
 def destination(text: str) -> Path:
@@ -56,7 +58,11 @@ def refuse_replacing(path: Path, mark: str, flag: str) -> None:
         BadInput: as `refuse_unwritable`, or the file holds something else.
     """
     refuse_unwritable(path, flag)
-    if path.is_file() and path.stat().st_size > 0 and mark not in path.read_text("utf-8", errors="replace"):
+    if not path.is_file():
+        return
+    with path.open(encoding="utf-8", errors="replace") as file:
+        head = file.read(HEAD_CHARACTERS)
+    if head and mark not in head:
         raise BadInput(f"{path} is not replaced, because incsvr did not write it; name another file{_with(flag)}")
 
 

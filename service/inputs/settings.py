@@ -176,7 +176,7 @@ class Thrusters(Section):
     @model_validator(mode="before")
     @classmethod
     def _default_curve(cls, given: Any) -> Any:
-        """Of rotors whose speed is commanded the thrust is quadratic, unless something else is given."""
+        """A rotor whose speed is commanded gets a quadratic thrust curve where no curve is given."""
         if isinstance(given, Mapping) and given.get("command") in ("rpm", "rad/s"):
             return {"curve": "quadratic", **given}
         return given

@@ -25,9 +25,9 @@ about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."
 WILD_FACTOR = 3.0
 """Multiple of an axis's `fastest` beyond which a velocity is no measurement: jolts of real vehicles reach `fastest`."""
 GIVEN_TWICE = "data that was fitted proves nothing: give each recording once, to fit or to validate"
-"""What is wrong with the same data given twice, and the cure, where some are fitted and some validate."""
+"""The harm of a recording that is given twice to a fit or its validation, and the cure."""
 DIVE_GIVEN_TWICE = "a dive that counts twice makes changes look surer than they are: give each dive once"
-"""The same where dives are compared."""
+"""The harm of a dive that is given twice to a comparison of dives, and the cure."""
 
 
 def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words: AxisWords) -> None:

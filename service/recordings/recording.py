@@ -57,7 +57,7 @@ class Recording:
         return {name: (self.time[sampled[name]], values[sampled[name]]) for name, values in columns.items()}
 
     def body_streams(self) -> Streams:
-        """The same streams as `streams`, all velocities and efforts under the names of the body."""
+        """Each column as a stream of its own, velocities and efforts under the names of the body."""
         own = dict(zip(REQUIRED, own_columns(self.axis), strict=True))
         columns = {own.get(name, name): values for name, values in self.columns.items()}
         return replace(self, columns={**columns, **self.displaced}, axis=YAW, displaced={}).streams()
