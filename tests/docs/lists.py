@@ -121,15 +121,19 @@ def _effects(found: list[Effect], acts: tuple[str, ...]) -> str:
     for effect in found:
         if effect.acts in acts:
             rows.setdefault((effect.name, effect.sentence), []).append(effect)
-    head = "| effect | what happens | equation | parameters | data that show it |\n|---|---|---|---|---|"
+    head = "| effect | what happens, its equation and parameters | data that show it |\n|---|---|---|"
     return "\n".join([head, *(_effect(forms) for forms in rows.values())])
 
 
 def _effect(forms: list[Effect]) -> str:
     effect = forms[0]
-    equations = "<br>".join(dict.fromkeys(form.equation for form in forms))
-    parameters = "<br>".join(dict.fromkeys(each for form in forms for each in _parameters(form)))
-    texts = (f"`{effect.name}`", _capital(effect.sentence), equations, parameters, _capital(effect.shown_by))
+    lines = [
+        effect.sentence,
+        *(form.equation for form in forms),
+        *(each for form in forms for each in _parameters(form)),
+    ]
+    what = "<br>".join(dict.fromkeys((_capital(lines[0]), *lines[1:])))
+    texts = (f"`{effect.name}`", what, _capital(effect.shown_by))
     return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
 
 
