@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtr
+from scipy.special import stdtr, stdtrit
 
 from incsvr.numerics import Array
 
@@ -28,12 +28,14 @@ class Changes:
         reference_error: (quantities, dives) its standard error.
         p_value: (quantities, dives) of no change against that mean; no number in the first of them.
         changed: (quantities, dives) whether the quantity changed in this dive.
+        smallest: (quantities, dives) difference from that mean beyond which this dive would have shown a change.
     """
 
     reference: Array
     reference_error: Array
     p_value: Array
     changed: NDArray[np.bool_]
+    smallest: Array
 
 
 def changes(estimate: Array, error: Array, freedom: Array, share: Array) -> Changes:
@@ -47,7 +49,7 @@ def changes(estimate: Array, error: Array, freedom: Array, share: Array) -> Chan
         freedom: (quantities, dives) degrees of freedom of the errors.
         share: (quantities,) part of the level that each may spend: one over the quantities of its vehicle.
     """
-    reference, reference_error, p_value = (np.full(estimate.shape, np.nan) for _ in range(3))
+    reference, reference_error, p_value, smallest = (np.full(estimate.shape, np.nan) for _ in range(4))
     changed = np.zeros(estimate.shape, dtype=np.bool_)
     number = np.zeros(estimate.shape[0])
     weights, squares, total, least = (np.zeros(estimate.shape[0]) for _ in range(4))
@@ -64,7 +66,9 @@ def changes(estimate: Array, error: Array, freedom: Array, share: Array) -> Chan
         reference[tested, k], reference_error[tested, k] = mean, np.sqrt(variance)
         p_value[tested, k] = 2.0 * stdtr(together, -apart)
         dives = number[tested] - 1.0
-        changed[tested, k] = p_value[tested, k] < LEVEL * share[tested] / (dives * (dives + 1.0))
+        level = LEVEL * share[tested] / (dives * (dives + 1.0))
+        changed[tested, k] = p_value[tested, k] < level
+        smallest[tested, k] = -stdtrit(together, 0.5 * level) * np.sqrt(own + variance)
         begins = there & (changed[:, k] | (weights == 0.0))
         one = np.where(there, 1.0 / np.where(there, error[:, k], 1.0) ** 2, 0.0)
         weights = np.where(begins, one, weights + one)
@@ -73,4 +77,9 @@ def changes(estimate: Array, error: Array, freedom: Array, share: Array) -> Chan
         total = np.where(begins, value, total + value)
         smaller = np.where(there, freedom[:, k], np.inf)
         least = np.where(begins, smaller, np.minimum(np.where(least > 0.0, least, np.inf), smaller))
-    return Changes(reference, reference_error, p_value, changed)
+    return Changes(reference, reference_error, p_value, changed, smallest)
+
+
+def determined(estimate: Array, error: Array, freedom: Array) -> NDArray[np.bool_]:
+    """Whether an inertia or a drag is known at all: it is positive, and its interval of 95 % no wider than itself."""
+    return np.asarray(2.0 * stdtrit(freedom, 0.975) * error <= estimate)

@@ -24,6 +24,7 @@ from incsvr.vehicle.intervals import Scatter
 from incsvr.vehicle.model import ASSUMED, DECLARED
 from incsvr.vehicle.motion import WholeMotion, joined
 from incsvr.vehicle.scales import Scales
+from incsvr.vehicle.shown import Shown, not_determined, places, unit_of
 from incsvr.vehicle.structure import Pair, Structure
 from incsvr.vehicle.terms import LINEAR, QUADRATIC
 
@@ -47,10 +48,15 @@ class Quantity:
     speed: float = 0.0
 
     @property
+    def name(self) -> str:
+        """For people, such as "surge drag at 1.2 m/s"."""
+        at = f" at {self.speed:.3g} {'m/s' if AXES[self.axis].along else 'rad/s'}" if self.kind == "drag" else ""
+        return f"{self.axis} {self.kind}{at}"
+
+    @property
     def unit(self) -> str:
         """The unit of its values."""
-        along = AXES[self.axis].along
-        return ("kg" if along else "kg m²") if self.kind == "inertia" else ("N" if along else "N m")
+        return unit_of(self.axis, self.kind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +71,7 @@ class Value:
         reference_error: its standard error; None of the first.
         p_value: of no change against that mean; None of the first.
         changed: whether the test says that it changed in this dive.
+        smallest: the smallest difference from that mean that the test would have called a change; None of the first.
     """
 
     estimate: float
@@ -76,6 +83,12 @@ class Value:
     reference_error: float | None
     p_value: float | None
     changed: bool
+    smallest: float | None = None
+
+    @property
+    def determined(self) -> bool:
+        """Whether it is known at all: it is positive, and its interval is no wider than itself."""
+        return self.high - self.low <= self.estimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +121,7 @@ class Comparison:
         quantities: what is compared.
         values: (quantities, dives).
         identified: the model of all dives together.
+        order: what the order of the dives is, in words.
     """
 
     dives: tuple[str, ...]
@@ -115,6 +129,25 @@ class Comparison:
     quantities: tuple[Quantity, ...]
     values: tuple[tuple[Value, ...], ...]
     identified: Identified
+    order: str = ""
+
+    @property
+    def shown(self) -> tuple[Shown, ...]:
+        """The smallest change of each quantity that would have been seen."""
+        return tuple(self._shown(*each) for each in zip(self.quantities, self.values, strict=True))
+
+    def _shown(self, quantity: Quantity, row: Sequence[Value]) -> Shown:
+        known = np.array([value.determined for value in row])
+        smallest = np.array([np.nan if value.smallest is None else value.smallest for value in row])
+        (best,) = places(np.zeros(known.size, dtype=np.intp), smallest, known).tolist()
+        if best >= 0:
+            change, before = row[best].smallest, row[best].reference
+            return Shown(quantity.name, quantity.unit, self.dives[best], change, before)
+        why = f"{quantity.axis} has no actuator"
+        if quantity.axis in self.identified.vehicle.driven:
+            cure = f"change the {quantity.axis} effort in steps, each held until the speed settles"
+            why = f"{not_determined(int(known.sum()), known.size)}; {cure}"
+        return Shown(quantity.name, quantity.unit, why=why)
 
     @property
     def changes(self) -> list[tuple[str, Quantity, Value]]:
@@ -134,6 +167,7 @@ class Comparison:
                 "unit": quantity.unit, "estimate": value.estimate, "standard_error": value.error,
                 "degrees_of_freedom": value.freedom, "low": value.low, "high": value.high,
                 "reference": value.reference, "p_value": value.p_value, "changed": value.changed,
+                "smallest_change": value.smallest, "determined": value.determined,
                 "seconds": went.seconds, "rms_speed": went.speed[list(AXES).index(quantity.axis)],
                 "rms_effort": went.effort[list(AXES).index(quantity.axis)],
             }
@@ -176,7 +210,7 @@ def compare(
         for k in known:
             low[k] = high[k] = start[k]
         fitted = fit(windows, structure, start, np.maximum(np.abs(start), scales.start(structure)[1]), (low, high))
-        found.append(_measured(fitted, quantities))
+        found.append(_measured(fitted, quantities, np.clip(fitted.parameters, low, high)))
     values = _values(np.stack(found, axis=1))
     conditions = tuple(Conditions.of(dive) for dive in dives)
     return Comparison(tuple(names), conditions, quantities, tuple(values), identified)
@@ -192,7 +226,7 @@ def _quantities(structure: Structure, motion: WholeMotion, known: Sequence[int])
     return (*inertias, *drags)
 
 
-def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> Array:
+def _measured(fitted: Fit, quantities: Sequence[Quantity], parameters: Array) -> Array:
     """Estimate, standard error and degrees of freedom of each quantity, (quantities, 3): linear in the parameters.
 
     An error is at least what it would be if all windows erred alike, because that of a short dive can be small by
@@ -208,7 +242,7 @@ def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> Array:
             if quantity.kind == "drag" and term.axis == quantity.axis and term.kind in (LINEAR, QUADRATIC):
                 row[first + k] = quantity.speed ** (1 if term.kind == LINEAR else 2)
     errors = np.maximum(scatter.errors(along), scatter.errors_if_alike(along))
-    return np.column_stack([along @ fitted.parameters, errors, scatter.freedom(along)])
+    return np.column_stack([along @ parameters, errors, scatter.freedom(along)])
 
 
 def _values(rows: Array) -> list[tuple[Value, ...]]:
@@ -218,7 +252,9 @@ def _values(rows: Array) -> list[tuple[Value, ...]]:
     reach = student.ppf(0.975, freedom) * error
     found = changes(estimate, error, freedom, np.full(rows.shape[0], 1.0 / rows.shape[0]))
     ends = [freedom, estimate - reach, estimate + reach]
-    columns = np.stack([estimate, error, *ends, found.reference, found.reference_error, found.p_value], axis=2)
+    columns = np.stack(
+        [estimate, error, *ends, found.reference, found.reference_error, found.p_value, found.smallest], axis=2
+    )
     return [
         tuple(_value(each, flag) for each, flag in zip(row, flags, strict=True))
         for row, flags in zip(columns.tolist(), found.changed.tolist(), strict=True)
@@ -228,5 +264,5 @@ def _values(rows: Array) -> list[tuple[Value, ...]]:
 def _value(numbers: list[float], changed: bool) -> Value:
     """The value of its numbers in their order, with none for what is no number."""
     estimate, error, freedom, low, high = numbers[:5]
-    reference, reference_error, p_value = (None if np.isnan(each) else each for each in numbers[5:])
-    return Value(estimate, error, freedom, low, high, reference, reference_error, p_value, changed)
+    reference, reference_error, p_value, smallest = (None if np.isnan(each) else each for each in numbers[5:])
+    return Value(estimate, error, freedom, low, high, reference, reference_error, p_value, changed, smallest)

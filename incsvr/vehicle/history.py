@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from incsvr.vehicle.changes import Changes, changes
+from incsvr.vehicle.changes import Changes, changes, determined
+from incsvr.vehicle.shown import Shown, not_determined, places, unit_of
 
 Codes = NDArray[np.int64]
 SAME_SPEED = 0.01
@@ -44,8 +46,7 @@ class History:
             BadInput: drags of one axis are given at several speeds.
         """
         vehicles, axes, quantities = self.names
-        key = (self.vehicle * len(axes) + self.axis) * len(quantities) + self.quantity
-        keys, series, counts = np.unique(key, return_inverse=True, return_counts=True)
+        keys, series, counts = self._series()
         self._refuse_several_speeds(series, keys.size)
         order = np.argsort(series, kind="stable")
         rank = np.empty(series.size, dtype=np.int64)
@@ -60,10 +61,39 @@ class History:
         owner = keys // (len(axes) * len(quantities))
         share = 1.0 / np.bincount(owner, minlength=len(vehicles))[owner]
         found = changes(spread(self.estimate), spread(self.error), spread(self.freedom), share)
-        reference, spoilt, p_value = (
-            each[series, rank] for each in (found.reference, found.reference_error, found.p_value)
+        reference, spoilt, p_value, smallest = (
+            each[series, rank] for each in (found.reference, found.reference_error, found.p_value, found.smallest)
         )
-        return Changes(reference, spoilt, p_value, found.changed[series, rank])
+        return Changes(reference, spoilt, p_value, found.changed[series, rank], smallest)
+
+    def shown(self, found: Changes, dives: Sequence[Any]) -> list[Shown]:
+        """The smallest change of each quantity of each vehicle that would have been seen, given the test of change.
+
+        Args:
+            dives: the name of each row's dive.
+        """
+        keys, series, counts = self._series()
+        known = determined(self.estimate, self.error, self.freedom)
+        number = np.bincount(series, weights=known).astype(np.int64).tolist()
+        vehicles, axes, quantities = self.names
+        shown = []
+        for k, row in enumerate(places(series, found.smallest, known).tolist()):
+            key, quantity = divmod(int(keys[k]), len(quantities))
+            vehicle, axis = divmod(key, len(axes))
+            unit = unit_of(axes[axis], quantities[quantity])
+            what = f"{vehicles[vehicle]} {axes[axis]} {quantities[quantity]}"
+            if row < 0:
+                shown.append(Shown(what, unit, why=not_determined(number[k], int(counts[k]))))
+            else:
+                change, before = float(found.smallest[row]), float(found.reference[row])
+                shown.append(Shown(what, unit, str(dives[row]), change, before))
+        return shown
+
+    def _series(self) -> tuple[Codes, NDArray[np.intp], Codes]:
+        """The key of each quantity of each vehicle, the place of each row's key among them, and the rows of each."""
+        _, axes, quantities = self.names
+        key = (self.vehicle * len(axes) + self.axis) * len(quantities) + self.quantity
+        return np.unique(key, return_inverse=True, return_counts=True)
 
     def _refuse_several_speeds(self, series: NDArray[np.intp], count: int) -> None:
         """Refuses drags that were taken at different speeds."""

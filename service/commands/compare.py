@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from incsvr.vehicle.causes import causes
 from incsvr.vehicle.changes import LEVEL, Changes
 from incsvr.vehicle.compare import Value
 from incsvr.vehicle.history import History
+from incsvr.vehicle.shown import Shown
 from service.cli.output import add_json_argument, emit, refuse_unwritable
 from service.commands import dive_table, learner_dives
 from service.commands.arguments import add_report_argument
@@ -23,9 +26,11 @@ from service.commands.identify import declared
 from service.commands.other_velocities import MASS_MATRIX_HELP
 from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.sources import read as read_config
+from service.logs.cutting import MIN_STAMP_SINCE_1970_S
 from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import DIVE_GIVEN_TWICE, refuse_implausible, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.recording import Recording
 
 MAX_LINES = 40
 """Changes of a fleet that are printed; all stand in the table and in the JSON."""
@@ -37,7 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         type=Path,
         metavar="DIVE",
-        help="logs of any format, in the order of the dives; or tables of dives, of one vehicle or of a fleet",
+        help="logs of any format, compared in the order of their dates if all have one, else as given; or tables of "
+        "dives, of one vehicle or of a fleet",
     )
     parser.add_argument(
         "--from-learner",
@@ -73,8 +79,13 @@ def run(args: argparse.Namespace) -> int:
 
 def to_dict(compared: Comparison) -> dict[str, Any]:
     """The comparison for programs: the JSON of `--json`."""
-    document = {"rows": compared.rows(), "vehicle": compared.identified.vehicle.to_dict()}
-    return {**document, "explanations": explanations(compared)}
+    return {
+        "rows": compared.rows(),
+        "order": compared.order,
+        "shown": [each.to_dict() for each in compared.shown],
+        "vehicle": compared.identified.vehicle.to_dict(),
+        "explanations": explanations(compared),
+    }
 
 
 def answer(args: argparse.Namespace) -> Comparison:
@@ -93,13 +104,29 @@ def answer(args: argparse.Namespace) -> Comparison:
     refuse_twice(recordings, DIVE_GIVEN_TWICE)
     for recording in recordings:
         refuse_implausible(recording)
+    recordings, order = _in_order(recordings)
     streams = [recording.body_streams() for recording in recordings]
     step = on_grid(streams).step
     motions = [on_grid([each], step) for each in streams]
     compared = compare(motions, [recording.name for recording in recordings], declared(args.mass_matrix))
+    compared = replace(compared, order=order)
     if args.table is not None:
         dive_table.write(args.table, compared, args.name)
     return compared
+
+
+def _in_order(recordings: list[Recording]) -> tuple[list[Recording], str]:
+    """The dives in the order of their stamps, where all stamps are dates, else as given; and that order in words."""
+    undated = next((each.name for each in recordings if each.time[0] < MIN_STAMP_SINCE_1970_S), None)
+    if undated is not None:
+        return recordings, f"in the order in which they were given, because {undated} has no date"
+    ordered = sorted(recordings, key=lambda each: float(each.time[0]))
+    given = (
+        ""
+        if all(a is b for a, b in zip(ordered, recordings, strict=True))
+        else ", which is not the order in which they were given"
+    )
+    return ordered, f"in the order of their stamps{given}"
 
 
 def _made_of(args: argparse.Namespace) -> dict[str, str]:
@@ -139,8 +166,9 @@ def _run_on_tables(args: argparse.Namespace) -> int:
     found = history.changes()
     if args.table is not None:
         dive_table.write_compared(args.table, table, found)
-    rows = _changed_rows(table, history, found)
-    emit(args, {"coefficients": table.num_rows, "changes": rows}, _text_of_tables(rows, history, found))
+    rows, seen = _changed_rows(table, history, found), history.shown(found, table.column("dive"))
+    document = {"coefficients": table.num_rows, "changes": rows, "shown": [each.to_dict() for each in seen]}
+    emit(args, document, _text_of_tables(rows, history, found, seen))
     return 0
 
 
@@ -158,7 +186,7 @@ def _changed_rows(table: Any, history: History, found: Changes) -> list[dict[str
     ]  # fmt: skip
 
 
-def _text_of_tables(rows: list[dict[str, Any]], history: History, found: Changes) -> str:
+def _text_of_tables(rows: list[dict[str, Any]], history: History, found: Changes, seen: Sequence[Shown]) -> str:
     """The changes of a fleet for people."""
     none = np.full(history.estimate.size, np.nan)
     tested = (found.reference, found.reference_error, found.p_value, found.changed)
@@ -169,6 +197,10 @@ def _text_of_tables(rows: list[dict[str, Any]], history: History, found: Changes
         lines.append(f"{row['vehicle']}, {row['dive']}: {row['axis']} {row['quantity']} {change_words(value)}")
     if len(rows) > MAX_LINES:
         lines.append(f"and {len(rows) - MAX_LINES} more: --table or --json holds all")
+    lines += [each.sentence for each in seen[:MAX_LINES]]
+    if len(seen) > MAX_LINES:
+        lines.append(f"and what {len(seen) - MAX_LINES} more coefficients could have shown: --json holds all")
+    lines.append("The dives are in the order of the rows.")
     number = len(history.names[0])
     lines.append(
         f"{len(rows)} changes in {history.estimate.size} coefficients of {number} vehicle{'s' * (number != 1)}. The "
@@ -187,9 +219,7 @@ def text(compared: Comparison) -> str:
     """The comparison for people: one table a quantity, and the changes."""
     lines = []
     for quantity, row in zip(compared.quantities, compared.values, strict=True):
-        speed = "m/s" if quantity.unit in ("N", "kg") else "rad/s"
-        at = f" at {quantity.speed:.3g} {speed}" if quantity.kind == "drag" else ""
-        lines.append(f"{quantity.axis} {quantity.kind}{at} [{quantity.unit}]")
+        lines.append(f"{quantity.name} [{quantity.unit}]")
         for dive, value in zip(compared.dives, row, strict=True):
             lines.append(value_line(dive, value))
     lines.append("")
@@ -200,6 +230,8 @@ def text(compared: Comparison) -> str:
         fits = "; or ".join(found) if found else "no single cause that was tested fits all inertias and drags"
         lines.append(f"{dive}: {fits}")
     if not changes:
-        lines.append("no change: every dive agrees with those before it")
+        lines.append("no change proven")
+    lines += [each.sentence for each in compared.shown]
+    lines.append(f"The dives are {compared.order}.")
     lines.append(f"The chance of any false change over these {len(compared.dives)} dives is at most 5 %.")
     return "\n".join(lines)

@@ -15,6 +15,7 @@ from incsvr.vehicle.changes import Changes
 from incsvr.vehicle.compare import Comparison
 from incsvr.vehicle.history import History
 from service.cli.extras import how_to_install
+from service.recordings.log_refusals import DIVE_GIVEN_TWICE
 
 TEXTS = ("vehicle", "axis", "quantity")
 NUMBERS = ("at_speed", "estimate", "standard_error", "degrees_of_freedom")
@@ -62,6 +63,8 @@ def read(paths: Sequence[Path]) -> tuple[Any, History]:
         ) from None
     if table.num_rows == 0:
         raise BadInput(f"{paths[0]}: the table of dives has no rows; write it with `incsvr compare --table`")
+    if len(paths) > 1 and table.group_by(columns).aggregate([]).num_rows < table.num_rows:
+        raise BadInput(f"{' and '.join(path.name for path in paths)} hold the same dive, and {DIVE_GIVEN_TWICE}")
     return table, History(vehicle, axis, quantity, names, speed, estimate, error, freedom)
 
 

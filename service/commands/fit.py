@@ -28,6 +28,7 @@ from service.config.sources import read as read_config
 from service.config.sources import sections
 from service.config.traced_effects import TracedEffects, configured_effects, read_effects
 from service.recordings import declared_inertia
+from service.recordings.log_refusals import refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import signals_for, with_smoothing
@@ -115,6 +116,7 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
     """The result of a fit, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
+    refuse_twice([*runs, *unseen])
     of_file = config if args.config else None
     coupled = other_velocities.coupled_axis(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)

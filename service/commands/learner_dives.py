@@ -100,7 +100,7 @@ def text(rows: Sequence[Row], found: Sequence[Value], left_out: Sequence[str]) -
             lines.append(value_line(row["dive"], value))
             if value.changed:
                 changes.append(f"{row['dive']}: {what} {change_words(value)}")
-    closing = changes or ["no change: every dive agrees with those before it"]
+    closing = changes or ["no change proven"]
     certainty = f"The chance of any false change of one vehicle is at most {100.0 * LEVEL:.0f} %."
     return "\n".join([*lines, "", *closing, *left_out, certainty])
 

@@ -38,10 +38,12 @@ def dives_page(
         kicker=f"{len(compared.dives)} dives, {sum(each.seconds for each in compared.conditions):.0f} s of motion",
         headline=_headline(compared),
         level=f"{100.0 * LEVEL:.0f} %",
-        changes=[(dive, _name(quantity), _percent(value)) for dive, quantity, value in compared.changes],
+        shown=[f"{capital(each.sentence)}." for each in compared.shown],
+        order=compared.order,
+        changes=[(dive, quantity.name, _percent(value)) for dive, quantity, value in compared.changes],
         explanations=[(dive, [capital(each) for each in found]) for dive, found in explanations.items()],
         charts=[Markup(chart(quantity, compared.dives, values)) for quantity, values in rows],
-        tables=[(_name(quantity), quantity.unit, _rows(compared.dives, values)) for quantity, values in rows],
+        tables=[(quantity.name, quantity.unit, _rows(compared.dives, values)) for quantity, values in rows],
         dives=[
             (dive, f"{went.seconds:.0f}", [number(went.speed[list(AXES).index(axis)]) for axis in _axes(compared)])
             for dive, went in zip(compared.dives, compared.conditions, strict=True)
@@ -90,18 +92,10 @@ def draw(figure: Figure, quantity: Quantity, dives: Sequence[str], values: Seque
 def _headline(compared: Comparison) -> list[str]:
     """What changed since when."""
     if not compared.changes:
-        return ["No change: every dive agrees with those before it"]
+        return ["No change proven"]
     return [
-        capital(f"{_name(quantity)} changed by {_percent(value)} in {dive}")
-        for dive, quantity, value in compared.changes
+        capital(f"{quantity.name} changed by {_percent(value)} in {dive}") for dive, quantity, value in compared.changes
     ]
-
-
-def _name(quantity: Quantity) -> str:
-    """What it is called."""
-    if quantity.kind != "drag":
-        return f"{quantity.axis} {quantity.kind}"
-    return f"{quantity.axis} drag at {number(quantity.speed)} {'m/s' if AXES[quantity.axis].along else 'rad/s'}"
 
 
 def _percent(value: Value) -> str:

@@ -70,10 +70,11 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("json")
     outcome, log = play(Trial(seed=3, effects=(), duration=60.0)), folder / "log.csv"
     write(log, outcome.recording)
+    write(folder / "unseen.csv", play(Trial(seed=4, effects=(), duration=60.0)).recording)
     inertia = ("--inertia", str(outcome.inertia))
     commands = {
         "trace": (str(log), *inertia),
-        "fit": (str(log), *inertia, "--validate", str(log)),
+        "fit": (str(log), *inertia, "--validate", str(folder / "unseen.csv")),
         "inspect": (str(log),),
         "config show": (),
     }
