@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -131,17 +131,19 @@ def identify(
     vehicle = _vehicle(name, driven, motion, fitted, scales, declared)
     found = validated(windows, unseen, fitted, scales, begins) if validate else NO_VALIDATION
     current = suspected_current(windows, fitted)
+    advice = manoeuvres(vehicle)
+    warnings = (*(() if current is None else (current.warning,)), *divergences(found.errors, driven))
     return Identified(
-        vehicle,
+        replace(vehicle, doubts=(*advice, *warnings)),
         _refusals(motion),
-        manoeuvres(vehicle),
+        advice,
         found.errors,
         found.by_itself,
         motion.seconds,
         motion.step,
         validate and unseen is not None,
         found.course,
-        (*(() if current is None else (current.warning,)), *divergences(found.errors)),
+        warnings,
     )
 
 

@@ -60,6 +60,7 @@ class Vehicle:
         terms: coefficients of the terms.
         lags: time constants of the efforts' lags [s] by axis.
         fastest: (6,) fastest velocities of the data [m/s], [rad/s]: beyond them the model is a guess.
+        doubts: why predictions, parameters or intervals may be wrong, one sentence each.
     """
 
     name: str
@@ -69,6 +70,7 @@ class Vehicle:
     terms: Mapping[Term, Parameter]
     lags: Mapping[str, Parameter]
     fastest: Array
+    doubts: tuple[str, ...] = ()
 
     @property
     def structure(self) -> Structure:
@@ -114,6 +116,7 @@ class Vehicle:
             "terms": terms,
             "thrust_lag_s": {name: parameter.to_dict() for name, parameter in self.lags.items()},
             "fastest": dict(zip(AXES, (float(value) for value in self.fastest), strict=True)),
+            "doubts": list(self.doubts),
         }
 
     @staticmethod
@@ -127,7 +130,8 @@ class Vehicle:
         mass = {_pair(key): Parameter.of(parameter) for key, parameter in data["mass_matrix"].items()}
         lags = {axis: Parameter.of(parameter) for axis, parameter in data["thrust_lag_s"].items()}
         fastest = np.array([float(data["fastest"][name]) for name in AXES])
-        return Vehicle(data["name"], _axes(data["axes"]), _axes(data["driven"]), mass, terms, lags, fastest)
+        doubts = tuple(data.get("doubts", ()))
+        return Vehicle(data["name"], _axes(data["axes"]), _axes(data["driven"]), mass, terms, lags, fastest, doubts)
 
 
 def mass_unit(one: str, other: str) -> str:

@@ -64,6 +64,7 @@ class Entries(Form):
     terms: dict[Axis, dict[StrictStr, Entry]]
     thrust_lag_s: dict[Axis, TimeConstant]
     fastest: dict[Axis, Annotated[StrictFloat, Field(ge=0.0, le=50.0)]]
+    doubts: tuple[Annotated[StrictStr, AfterValidator(_name)], ...] = ()
 
     @model_validator(mode="after")
     def _of_its_axes(self) -> Self:

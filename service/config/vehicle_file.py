@@ -25,6 +25,7 @@ HEAD = f"""\
 # C(ν) follows from the mass matrix. The terms φ: linear ν; quadratic ν|ν|; cross:j ν_j; product:j*k ν_j ν_k;
 # square:j ν_j²; cross_size:j*k |ν_j| ν_k; effort:a −τ_a; inflow:j τ|ν_j|; reverse τ where τ < 0; bias 1;
 # righting sin φ cos θ (roll), sin θ (pitch); weight: minus the downward direction.
+# doubts: why predictions, parameters or intervals may be wrong; an export repeats them.
 """
 MAX_BYTES = 1_000_000
 """Largest vehicle file [bytes]: a model takes some 10 kB."""
@@ -81,6 +82,8 @@ def _lines(values: Mapping[str, Any], indent: str) -> list[str]:
         elif isinstance(value, Mapping):
             inside = ", ".join(f"{_text(str(k))}: {_plain(v)}" for k, v in value.items())
             found.append(f"{name}: {{{inside}}}")
+        elif isinstance(value, list) and any(" " in str(each) for each in value):
+            found += [f"{name}:", *(f"{indent}  - {_plain(each)}" for each in value)]
         else:
             found.append(f"{name}: {_plain(value)}")
     return found

@@ -19,6 +19,7 @@ from service.export.damping_model import DampingModel, of_file, of_snapshot
 from service.export.rigid_body import parted
 from service.export.table import as_csv, as_json
 from service.export.vehicle_class import class_module
+from service.export.vehicle_remarks import doubts
 from service.export.whole_vehicle import python_module
 from service.state.state_file import StateDamage, StateFile
 from service.wire import ModelSnapshot, decode
@@ -105,11 +106,11 @@ def _of_vehicle(args: argparse.Namespace) -> tuple[str, list[str]]:
         case "csv":
             raise BadInput("--format csv has no form for a whole vehicle; take json")
         case "json":
-            return json_text(vehicle.to_dict(), indent=2) + "\n", []
+            return json_text(vehicle.to_dict(), indent=2) + "\n", doubts(vehicle)
         case "python":
-            return python_module(vehicle), []
+            return python_module(vehicle), doubts(vehicle)
         case "python-vehicle-simulator":
-            return class_module(vehicle), []
+            return class_module(vehicle), doubts(vehicle)
     given = [args.dry_mass, args.dry_inertia, *(args.inertia_xy or ())]
     _refuse_no_inertias(*(value for value in given if value is not None))
     if (args.dry_inertia is None) != (args.inertia_xy is None):

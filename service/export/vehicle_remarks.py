@@ -20,9 +20,6 @@ def vehicle_remarks(vehicle: Vehicle, body: RigidBody, holds: Callable[[Term], b
         f"{n} {v:.3g}" for n, v in zip(AXES, vehicle.fastest.tolist(), strict=True) if n in vehicle.axes
     )
     missing = [name for name in AXES if name not in vehicle.axes]
-    named = {f"{t.axis} {t.name}": p for t, p in vehicle.terms.items()}
-    named |= {f"{a} inertia" if a == b else f"{a}-{b} inertia": p for (a, b), p in vehicle.mass.items()}
-    unsure = [f"{name} ({p.origin})" for name, p in named.items() if p.origin in (UNKNOWN, BOUND_REACHED, ASSUMED)]
     lost = [
         f"{t.axis} {t.name} = {p.value:.4g} {t.unit}"
         for t, p in vehicle.terms.items()
@@ -31,8 +28,7 @@ def vehicle_remarks(vehicle: Vehicle, body: RigidBody, holds: Callable[[Term], b
     found = [f"{vehicle.name}, identified by incsvr up to {fastest} (m/s, rad/s); beyond, it is a guess."]
     if missing:
         found.append(f"Not identified, and 0 here: added mass and damping of {', '.join(missing)}; put in your own.")
-    if unsure:
-        found.append(f"The dives do not show: {', '.join(unsure)}.")
+    found += doubts(vehicle)
     if lost:
         found.append(f"This format cannot hold: {'; '.join(lost)}.")
     part = "as declared" if body.declared else "the largest that body and water together admit"
@@ -41,6 +37,15 @@ def vehicle_remarks(vehicle: Vehicle, body: RigidBody, holds: Callable[[Term], b
         f"The dives show only the sum of body and water. The body's part is {part}{cure}. The rest is added mass."
     )
     return [*found, *_hydrostatics(vehicle, body, flu)]
+
+
+def doubts(vehicle: Vehicle) -> list[str]:
+    """The parameters that the dives do not show, and what else `incsvr identify` doubted, as sentences."""
+    named = {f"{t.axis} {t.name}": p for t, p in vehicle.terms.items()}
+    named |= {f"{a} inertia" if a == b else f"{a}-{b} inertia": p for (a, b), p in vehicle.mass.items()}
+    unsure = [f"{name} ({p.origin})" for name, p in named.items() if p.origin in (UNKNOWN, BOUND_REACHED, ASSUMED)]
+    found = [f"The dives do not show: {', '.join(unsure)}."] if unsure else []
+    return [*found, *(f"incsvr identify doubts: {each}." for each in vehicle.doubts)]
 
 
 def _hydrostatics(vehicle: Vehicle, body: RigidBody, flu: bool) -> list[str]:

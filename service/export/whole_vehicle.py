@@ -6,13 +6,14 @@ from incsvr.plant.axes import AXES, VELOCITIES
 from incsvr.vehicle import Vehicle
 from incsvr.vehicle.simulation import MAX_STEP_DAMPING, MAX_SUBSTEPS
 from incsvr.vehicle.terms import Term
+from service.export.vehicle_remarks import doubts
 
 _MODULE = '''\
 """The motion of {name}: M dv/dt + C(v) v + sum of terms = effort. Written by `incsvr export`; needs NumPy alone.
 
 v = surge, sway, heave [m/s], roll, pitch and yaw rate [rad/s]; effort = forces [N] and moments [N m] in this order;
 angle = roll and pitch [rad]. The model holds within FASTEST; beyond, it is a guess.
-"""
+"""{doubts}
 
 import numpy as np
 
@@ -102,6 +103,7 @@ def python_module(vehicle: Vehicle) -> str:
     names = list(AXES)
     return _MODULE.format(
         name=vehicle.name.replace("\\", "\\\\").replace('"', '\\"'),
+        doubts="".join(f"\n# {each}" for each in doubts(vehicle)),
         axes=names,
         rows=structure.rows,
         mass=vehicle.mass_matrix.tolist(),

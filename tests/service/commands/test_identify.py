@@ -11,9 +11,10 @@ import pytest
 
 import incsvr
 from incsvr.errors import BadInput
-from incsvr.vehicle import identify, on_grid
+from incsvr.vehicle import Parameter, identify, on_grid
+from incsvr.vehicle.manoeuvres import manoeuvres
 from service.cli.command_line import main
-from service.config.vehicle_file import read_vehicle
+from service.config.vehicle_file import read_vehicle, write_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
 from simulator.six_degrees import EFFORTS, NAMES, RATES, swim, torpedo
@@ -207,6 +208,7 @@ def test_a_wild_velocity_is_refused_with_its_time(
     [
         ("identify", ["--validate"], "data that was fitted proves nothing"),
         ("compare", [], "a dive that counts twice makes changes look surer than they are"),
+        ("fit", ["--inertia", "40", "--validate"], "data that was fitted proves nothing"),
     ],
 )
 def test_a_dive_that_is_given_twice_is_refused(
@@ -258,6 +260,70 @@ def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path)
     assert main(["compare", str(stored)]) == 0  # what was written is a table of dives again
     assert main(["compare", str(history), dives[0]]) == 2
     assert main(["compare", str(history), "--report", str(report)]) == 2
+
+
+def test_without_a_change_it_says_which_change_the_dives_would_have_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Dives of a torpedo's yaw alone, given in the wrong order; the same table is no second one."""
+    rng = np.random.default_rng(54)
+    body, at = torpedo(rng), {"may": 1.70e9, "june": 1.71e9, "july": 1.72e9}
+    for name, began in at.items():
+        streams = swim(body, 100.0, rng).items()
+        dated = {key: (time + began, values) for key, (time, values) in streams if key in ("yaw_rate", "torque")}
+        write(tmp_path / f"{name}.csv", from_streams(name, dated))
+    table, target, report = tmp_path / "dives.parquet", tmp_path / "compared.json", tmp_path / "compared.html"
+    words = ["--json", str(target), "--report", str(report), "--table", str(table)]
+    assert main(["compare", *(str(tmp_path / f"{name}.csv") for name in ("july", "june", "may")), *words]) == 0
+    found, text = json.loads(target.read_text(encoding="utf-8")), capsys.readouterr().out
+    assert [row["dive"] for row in found["rows"][:3]] == ["may.csv", "june.csv", "july.csv"]
+    page = report.read_text(encoding="utf-8")
+    for where in (text, page):
+        assert "no change proven" in where.lower()
+        assert "in the order of their stamps, which is not the order in which they were given" in where
+    for each in found["shown"]:
+        rows = [row for row in found["rows"] if f"{row['axis']} {row['quantity']}" in each["quantity"]]
+        if each["why_none"] is None:
+            (row,) = (row for row in rows if row["dive"] == each["dive"])
+            assert abs(row["estimate"] - row["reference"]) < each["smallest_change"] == row["smallest_change"]
+            assert f"would have been seen is {each['smallest_change']:.3g} " in text
+        else:
+            assert sum(row["determined"] for row in rows) < 2
+            assert f"these dives cannot show a change of {each['quantity']}: {each['why_none']}" in text
+    pytest.importorskip("pyarrow", reason="the extra logs is not installed")
+    assert main(["compare", str(table), str(table)]) == 2
+    assert "hold the same dive" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_dives_of_a_boat_cannot_show_a_change_along_an_axis_without_actuator(
+    measured: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    dives = sorted((measured / "blueboat").glob("run_*.csv"))
+    assert main(["compare", *map(str, dives)]) == 0
+    text = capsys.readouterr().out
+    assert "these dives cannot show a change of sway drag at 0.171 m/s: sway has no actuator" in text
+    assert "these dives cannot show a change of yaw drag at 0.173 rad/s: its 95 % interval is wider" in text
+    assert "no change proven" in text
+
+
+def test_advice_names_the_efforts_that_the_vehicle_has_and_an_export_repeats_it(
+    dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without a sway actuator no cure is a sway effort."""
+    found = read_vehicle(dives / "vehicle.yaml")
+    unknown = {each: replace(p, origin="not excited") for each, p in found.terms.items()}
+    coupled = {**found.mass, ("sway", "yaw"): Parameter(1.0, -9.0, 9.0, "not excited")}
+    advice = manoeuvres(replace(found, driven=("surge", "yaw"), terms=unknown, mass=coupled))
+    assert len(advice) > len(unknown)
+    assert not [each for each in advice if "sway effort" in each or "sway speeds" in each or "move along" in each]
+    write_vehicle(tmp_path / "doubted.yaml", replace(found, doubts=advice))
+    for name in ("python", "json", "gazebo", "stonefish"):
+        assert main(["export", str(tmp_path / "doubted.yaml"), "--format", name]) == 0
+        said = capsys.readouterr().out
+        assert all(
+            each.replace("--", "\u2010\u2010" if name in ("gazebo", "stonefish") else "--") in said for each in advice
+        )
 
 
 def test_one_dive_is_nothing_to_compare(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:
