@@ -81,7 +81,7 @@ def examine(work: tuple[Case, float]) -> list[Record]:
     held = signals.torque == COMMANDED
     whole = Grid.of(streams[YAW_RATE], streams[TORQUE], signals.smoothing, signals.sample_period, held)
     contest = Contest(case.name, inertia, whole, truth or _measured(whole), signals.sample_period)
-    vehicle = Vehicle(inertia, settings.rate_range, signals.smoothing, believed=False)
+    vehicle = Vehicle(inertia, settings.rate_range, signals.smoothing)
     state, experience = checked_learner.begin(settings), Experience()
     for number, batch in enumerate(batches(samples, settings.batch)):
         model = state.learner.model

@@ -84,7 +84,7 @@ class Case:
         signals = signals_for(runs[0], split.inertia, axis.fastest)
         there, here = (samples_of(sequence(each), signals, None, None, others)[0] for each in runs)
         settings = replace(learner_for(there), own=axis.rate)
-        vehicle = Vehicle(signals.inertia, settings.rate_range, signals.smoothing, believed=False)
+        vehicle = Vehicle(signals.inertia, settings.rate_range, signals.smoothing)
         return Case(f"{split.vehicle}, {split.axis}", there, here, others, here.damping, settings, vehicle)
 
 

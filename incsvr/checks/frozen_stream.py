@@ -13,7 +13,7 @@ import numpy as np
 
 from incsvr.checks.curve import Curve
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.numerics import Array, root_mean_square
+from incsvr.numerics import Array
 from incsvr.signals.raw import HIGH, LOW, STEP, TORQUE, named
 from incsvr.signals.samples import Samples
 
@@ -28,18 +28,15 @@ MIN_STILL_SAMPLES = 6
 """Samples in a row of which a stream is stuck: with fewer a slow turn may well agree."""
 UNDAMPED_TURN_FACTOR = 10.0
 """Factor by which the torque, undamped, would have turned the yaw rate further: damping takes most of it away."""
-UNEXPLAINED_NOISES = 3.0
-"""Noise levels by which a constant torque fails to explain the motion."""
-UNEXPLAINED_DAMPING_SHARE = 0.15
-"""Part of the largest damping by which a constant torque fails at least: swell moves a vehicle whose torque rests at
-zero."""
-MIN_SWEPT_RANGE_SHARE = 0.1
-"""Part of the yaw rate's range that is swept meanwhile: swell sweeps less."""
-LOST_DRAG_SLOPE = -0.4
-"""Slope of what is left over on the damping, beside a constant, below which the vehicle seems to have lost its drag: as
-it does where the torque follows its turning unseen. A vehicle that changed under a held torque keeps more."""
-HOLDING_TORQUE_SHARE = 0.3
-"""Level of a torque, as a part of the largest damping, from which on a vehicle that it holds shows its drag."""
+MIN_SWEPT_RANGE_SHARE = 0.05
+"""Part of the yaw rate's range that is swept meanwhile: noise sweeps less."""
+CURVE_ERROR_SHARE = 0.02
+"""Error of the learned curve, as a part of the largest damping, at least: samples without noise doubt it less."""
+MIN_ANSWERED_SHARE = 0.25
+"""Part of what drag leaves of a torque by which that turns a vehicle: rarely less in measured zigzags of a ship whose
+sway takes most of her rudder's moment."""
+CERTAIN_DEVIATIONS = 3.0
+"""Standard deviations by which it is less: a swell may take it for a while."""
 STREAM_WORDS = {"yaw_rate": "{rate}", "torque": "{effort}"}
 """Words of messages for the streams: templates of `AxisWords`, as sentences of findings are."""
 STREAM_UNITS = {"yaw_rate": "{rate_unit}", "torque": "{effort_unit}"}
@@ -125,34 +122,20 @@ def _turned(
 def _moved(
     batch: Samples, stretch: Stretch, limit: float, inertia: float, range_width: float, curve: Curve | None
 ) -> bool:
-    """Whether the vehicle moved while its torque stood still as no constant torque moves it."""
-    rate = batch.yaw_rate[stretch.slice]
-    swept = float(np.ptp(rate)) / (MIN_SWEPT_RANGE_SHARE * range_width)
-    if swept < 0.5 or (swept < 1.0 and not _undamped(batch, stretch, curve)):
+    """Whether the vehicle moved while its torque stood still as no constant torque moves it: what the learned drag
+    leaves of that torque varied, and did not turn it. A vehicle answers a step, however it turned before."""
+    if curve is None or np.ptp(batch.yaw_rate[stretch.slice]) < MIN_SWEPT_RANGE_SHARE * range_width:
         return False
-    if curve is None or not curve.inside[stretch.slice].any():
-        # a constant torque does not turn a vehicle to both sides
-        return bool(min(rate.max(), -rate.min()) > MIN_SWEPT_RANGE_SHARE * range_width)
-    left = (batch.damping - curve.damping)[stretch.slice][curve.inside[stretch.slice]]
-    amiss = root_mean_square(left)
-    return amiss > max(UNEXPLAINED_NOISES * curve.sigma, UNEXPLAINED_DAMPING_SHARE * curve.largest)
-
-
-def _undamped(batch: Samples, stretch: Stretch, curve: Curve | None) -> bool:
-    """Whether a vehicle turns under a torque that stands still away from zero as if it had no drag."""
-    if curve is None:
-        return False
-    kept = curve.inside[stretch.slice]
-    torque, damping = batch.raw[TORQUE][stretch.slice][kept], curve.damping[stretch.slice][kept]
-    left = batch.damping[stretch.slice][kept] - damping
-    if left.size < MIN_STILL_SAMPLES or abs(float(np.median(torque))) < HOLDING_TORQUE_SHARE * curve.largest:
-        return False
-    about = damping - damping.mean()
+    torque, kept = batch.raw[TORQUE][stretch.slice], curve.inside[stretch.slice]
+    left, turned = (torque - curve.damping[stretch.slice])[kept], (torque - batch.damping[stretch.slice])[kept]
+    # a curve that errs where the torque rests leaves a constant, and says nothing
+    about = left - left.mean() if left.size else left
     power = float(about @ about)
-    if not power > 0.0:
+    if left.size < MIN_STILL_SAMPLES or not power > 0.0:
         return False
-    slope = float(about @ left) / power
-    return slope + 2.0 * curve.sigma / float(np.sqrt(power)) < LOST_DRAG_SLOPE
+    doubt = max(curve.sigma, CURVE_ERROR_SHARE * curve.largest) / float(np.sqrt(power))
+    answered = max(float(about @ turned) / power, float(left @ turned) / float(left @ left))
+    return answered + CERTAIN_DEVIATIONS * doubt < MIN_ANSWERED_SHARE
 
 
 def _finding(batch: Samples, name: str, stretch: Stretch) -> Finding:

@@ -77,7 +77,7 @@ def _judged(
     saw = {
         "stuck": _stuck(state, vehicle, batch, known),
         "outliers": CheckResult(outliers(batch), True),
-        "scatter": CheckResult(scatter(batch, vehicle.largest_rate) if vehicle.believed else [], True),
+        "scatter": CheckResult(scatter(batch, vehicle.largest_rate), True),
         "leaps": CheckResult([] if known is None else leaps(batch, known), True),
         "sign": _sign(vehicle, batch),
         "unmoved": CheckResult(_unmoved(vehicle, batch, learned_until_now), True),
@@ -168,9 +168,6 @@ def _paused(state: State, batch: Samples, by: str, findings: list[Finding]) -> t
 def _stuck(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> CheckResult:
     low, high = vehicle.rate_range
     found, moved = stuck(batch, vehicle.inertia, high - low, state.usual, state.reach, known)
-    if known is None and not vehicle.believed:
-        # nobody knows whether a torque turns this vehicle, or the water alone
-        found = [finding for finding in found if finding.kind != "torque stuck"]
     return CheckResult(found, moved)
 
 
@@ -188,8 +185,6 @@ def _unmoved(vehicle: Vehicle, batch: Samples, learned: CurveOfRates | None) -> 
 
 
 def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> CheckResult:
-    if not vehicle.believed:
-        return CheckResult([], False)
     moving = float(np.max(np.abs(batch.yaw_rate))) > 2.0 * MIN_TURNING_RATE_SHARE * vehicle.largest_rate
     reach, sigma = state.reach.get(TORQUE, 0.0), np.inf if known is None else known.sigma
     return CheckResult(unit(batch, vehicle.inertia, vehicle.largest_rate, reach, sigma), moving)

@@ -14,10 +14,10 @@ OUTLIER_SHARES = {Decision.WARN: 0.04, Decision.PAUSE: 0.065}
 """Shares of a batch's values from which on outliers are said, and from which on nothing is learned: of windows of 36
 values each holds several then, and about half of them stand beside each other, where no neighbour tells."""
 
-TO_AND_FRO_STEP_SHARE = 1.0 / 6.0
+TO_AND_FRO_STEP_SHARE = 0.4
 """Mean step from one value to the next, as a part of what the values of a window span, from which on they go to and
-fro: two gyros in turn take half of it or all, noise 0.18 or more in up to 700 values. A motion that turns back within
-the window takes two spans in all: 0.12 in the 18 values of a 10 Hz gyro in the filter that `fit` chooses."""
+fro: two gyros in turn take half of it or all, noise at most 0.31 in 18 values or more, a small vehicle that turns back
+within the window at every fifth value 0.25."""
 
 
 def outliers(batch: Samples) -> list[Finding]:
@@ -40,10 +40,7 @@ def outliers(batch: Samples) -> list[Finding]:
 
 
 def scatter(batch: Samples, largest_rate: float) -> list[Finding]:
-    """Whether the yaw rate reaches over half of all rates within most windows: two gyros on one key, or a broken one.
-
-    A small vehicle that is commanded from one side to the other does so as well, from value to value by little.
-    """
+    """Whether the yaw rate alternates over half of all rates within most windows: two gyros on one key."""
     span = batch.raw[named(YAW_RATE, HIGH)] - batch.raw[named(YAW_RATE, LOW)]
     within, move = float(np.median(span)), float(np.median(batch.raw[named(YAW_RATE, MOVE)]))
     if within < largest_rate or move < TO_AND_FRO_STEP_SHARE * within:

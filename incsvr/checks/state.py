@@ -32,7 +32,6 @@ class Vehicle:
         inertia: as declared [kg m²].
         rate_range: the lowest and highest yaw rate [rad/s].
         smoothing: standard deviation of the filter [s].
-        believed: the range was configured; else it is what the recording shows, be it water that turns a vehicle.
         sign_known: somebody knows that torque and yaw rate count in the same direction, whatever the motion says.
         words: what findings call the quantities of the axis.
     """
@@ -40,7 +39,6 @@ class Vehicle:
     inertia: float
     rate_range: tuple[float, float]
     smoothing: float
-    believed: bool = True
     sign_known: bool = False
     words: AxisWords = YAW_WORDS
 

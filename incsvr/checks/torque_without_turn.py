@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.checks.power import MIN_TURNING_RATE_SHARE
+from incsvr.checks.power import MIN_TURNING_RATE_SHARE, turned_round
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
@@ -19,10 +19,6 @@ MIN_SAMPLES = 8
 DRIVING_TORQUE_SHARE = 0.4
 """Part of the largest damping that the torque is in the median: so near rest a linear drag takes
 MIN_TURNING_RATE_SHARE of it, dry friction some more."""
-MIN_TURNED_SHARE = 0.285
-"""Part of what the torque gave over a stretch, ∫ τ dt, that I Δr is at least where the vehicle is only turned round: in
-41 reversals of a measured ship, whose sway takes most of her rudder's moment, it was 0.29 to 0.73; of thrusters that
-are off it is none, and of an AUV's sway under a Coriolis force as large as its thrust 0.28."""
 
 
 def unmoved(batch: Samples, largest_rate: float, largest_damping: float, inertia: float = 0.0) -> list[Finding]:
@@ -39,13 +35,13 @@ def unmoved(batch: Samples, largest_rate: float, largest_damping: float, inertia
     if stretch.size < MIN_SAMPLES:
         return []
     torque = batch.raw[TORQUE][stretch]
-    if float(np.median(np.abs(torque))) < DRIVING_TORQUE_SHARE * largest_damping:
+    # a torque that alternates quickly turns the vehicle to and fro, and is none that the inertia leaves over
+    left = np.minimum(np.abs(torque), np.abs(batch.damping[stretch]))
+    if float(np.median(left)) < DRIVING_TORQUE_SHARE * largest_damping:
         return []
-    time, rate = batch.time[stretch], batch.yaw_rate[stretch]
-    given = float(np.sum(0.5 * (torque[1:] + torque[:-1]) * np.diff(time)))  # [N m s]
-    if inertia * float(rate[-1] - rate[0]) * np.sign(given) >= MIN_TURNED_SHARE * abs(given) > 0.0:
+    if turned_round(batch.take(stretch), inertia):
         return []
-    first, last = time[0], time[-1]
+    first, last = batch.time[stretch[[0, -1]]]
     return [
         Finding(
             "unmoved",

@@ -5,15 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.checks.frozen_stream import STREAM_UNITS, STREAM_WORDS
-from incsvr.checks.power import MIN_TURNING_RATE_SHARE
+from incsvr.checks.power import MIN_TURNING_RATE_SHARE, answer
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
 ENERGY_OVER_WORK = 5.0
-"""Growth of the kinetic energy over the torque's work from which on a unit is wrong: a declared inertia may be wrong by
-some tenths, a yaw rate in degrees per second makes 57 of it."""
+"""Growth of the kinetic energy over the work of the largest torque from which on a unit is wrong: a declared inertia
+may be wrong by some tenths, a yaw rate in degrees per second makes 57 of it."""
+MIN_ANSWER_T = 6.0
+"""Student's t from which on it is the torque that turns the vehicle: water turns one that rests, too."""
 
 REACH_QUANTILE = 0.75
 """Quantile of what the inertia takes that is held against the torque's reach: a quarter of the samples of a batch."""
@@ -54,12 +56,14 @@ def unit(batch: Samples, inertia: float, largest_rate: float, reach: float, sigm
     rate, torque = batch.yaw_rate, batch.raw[TORQUE]
     if len(batch) < 2 or float(np.max(np.abs(rate))) < 2.0 * MIN_TURNING_RATE_SHARE * largest_rate:
         return []
-    energy = 0.5 * inertia * rate**2
+    energy, given = 0.5 * inertia * rate**2, max(float(np.ptp(torque)), reach)
     gained = float(np.max(energy - np.minimum.accumulate(energy)))
-    work = float(np.median(np.diff(batch.time))) * float(np.sum(np.abs(torque * rate)))
+    work = 0.5 * given * float(np.median(np.diff(batch.time))) * float(np.sum(np.abs(rate)))
     # what the declared inertia alone takes, of samples that stand apart as well
-    asked, given = float(np.quantile(np.abs(torque - batch.damping), REACH_QUANTILE)), max(float(np.ptp(torque)), reach)
+    asked = float(np.quantile(np.abs(torque - batch.damping), REACH_QUANTILE))
     if gained <= ENERGY_OVER_WORK * work and asked <= max(MAX_TORQUE_REACHES * given, MIN_INERTIA_NOISES * sigma):
+        return []
+    if answer(batch) < MIN_ANSWER_T:
         return []
     return [
         Finding(

@@ -82,7 +82,6 @@ class Terms:
             signals.inertia,
             settings.rate_range,
             signals.smoothing,
-            self.learner is not None,
             self.sign_known,
             words_of(self.axis),
         )

@@ -89,7 +89,7 @@ def _examined(recording: Recording, inertia: float, sign_known: bool) -> Sensors
         settings = learner_for(samples)
     except BadInput:  # too short, or at rest: the tracer says so itself
         return Sensors((), (), None, False)
-    vehicle = Vehicle(inertia, settings.rate_range, signals.smoothing, False, sign_known, words_of(recording.axis))
+    vehicle = Vehicle(inertia, settings.rate_range, signals.smoothing, sign_known, words_of(recording.axis))
     sensors = examine(samples, settings, vehicle, has_coriolis_pair(recording))
     slow = _slow_torque(recording, inertia)
     further = (*remarks_of(recording, signals.smoothing), *(() if slow is None else (slow,)))

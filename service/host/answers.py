@@ -26,7 +26,7 @@ from service.learner.damping_query import DampingQuery, velocity_names
 from service.learner.estimates import forecast_reply
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.node import LearnerNode
-from service.learner.published import NothingLearned, damping_reply
+from service.learner.published import NothingLearned, check_trained, damping_reply
 from service.state.history import History
 from service.state.state_file import Row
 
@@ -201,6 +201,7 @@ class Answers:
 
     def _coefficients(self, query: zenoh.Query) -> bytes:
         questions.parameters(query)
+        check_trained(self._node.served.model)
         return wire.encode(self._node.coefficients())
 
     def _effects(self, query: zenoh.Query) -> bytes:

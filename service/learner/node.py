@@ -287,11 +287,7 @@ class LearnerNode:
         return known
 
     def coefficients(self) -> wire.Coefficients:
-        """The textbook's coefficients of what is served.
-
-        Raises:
-            NothingLearned: there is no model yet.
-        """
+        """The textbook's coefficients of what is served; none where nothing is learned."""
         return textbook_coefficients(self.served, self.boot)
 
     def latest(self) -> wire.ModelSnapshot | None:

@@ -64,7 +64,7 @@ def snapshot(served: ServedModel, boot: str, inertia: float) -> wire.ModelSnapsh
         effects=served.effects,
         sigma=_finite(model.sigma),
         trained_range=model.trained_range,
-        certified_error=_finite(model.certified_error),
+        certified_error=_finite(model.certified_error) if model.is_trained else None,
         correlation=model.correlation,
         water=wire.WaterMotion(**asdict(model.water)),
         spread=wire.NoiseByRate(**asdict(model.spread)),
@@ -87,13 +87,8 @@ def _over(model: Model) -> wire.OverSeveral | None:
 
 
 def textbook_coefficients(served: ServedModel, boot: str) -> wire.Coefficients:
-    """The textbook's coefficients of the model that is served.
-
-    Raises:
-        NothingLearned: there is no model yet.
-    """
-    check_trained(served.model)
-    found = coefficients(served.model)
+    """The textbook's coefficients of the model that is served; none where all that was learned was taken back."""
+    found = coefficients(served.model) if served.model.is_trained else {}
     return wire.Coefficients(
         boot=boot,
         revision=served.revision,
