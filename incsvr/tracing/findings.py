@@ -35,8 +35,8 @@ class Finding:
         next_manoeuvre: what to drive to tell them apart; empty where nothing is to be told apart.
         sentence: for people.
         manoeuvre: what to drive, as rows of time [s] and torque [N m]; none where no manoeuvre helps.
-        thrust: of an effect between command and thrust at the largest command either way: command, thrust, and the
-            ends of its 95 % interval [N m].
+        thrust: of an effect between command and thrust, at the largest command either way, rounded up: command, thrust
+            and the ends of its 95 % interval [N m].
     """
 
     effect: str
@@ -115,7 +115,7 @@ class Trace:
         verdict: `none`, `effects` or `unexplained`.
         effects: in the order in which they were added.
         rejected: candidates that were not added, and why.
-        unexplained: channels that still predict the residual and were added as smooth terms.
+        unexplained: channels of which a smooth term still predicts the residual.
         error: before, after, change and floor on unseen data.
         ignored_channels: name → why it is no candidate.
         notes: what else the reader must know.

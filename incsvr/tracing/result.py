@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -26,6 +27,9 @@ from incsvr.tracing.statistics import p_value
 from incsvr.tracing.thresholds import MAX_REJECTED
 from incsvr.tracing.torque_nature import Loop
 from incsvr.tracing.validation import block_means, block_size, validate
+
+ROUND_NUMBERS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
+"""Commands at which people read a thrust, in their decade."""
 
 
 def result_of(
@@ -134,11 +138,13 @@ def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis)
 
 
 def _thrust(effect: Effect, term: Term, s: Signals) -> dict[float, float]:
-    """The largest command either way → thrust [N m]; empty of an effect that reads more than the command."""
-    if effect.acts != "thrust" or effect.lingers or effect.needs_clock or effect.channels:
+    """The largest command either way, rounded up → thrust [N m]; of an effect of the command alone, else empty."""
+    largest = float(np.quantile(np.abs(s.torque), HIGHEST_COMMAND_QUANTILE))
+    if effect.acts != "thrust" or effect.lingers or effect.needs_clock or effect.channels or largest <= 0.0:
         return {}
-    largest = float(f"{np.quantile(np.abs(s.torque), HIGHEST_COMMAND_QUANTILE):.2g}")
-    commands = np.array([-largest, largest])
+    decade = 10.0 ** math.floor(math.log10(largest))
+    full = next(round_number * decade for round_number in ROUND_NUMBERS if round_number * decade >= largest)
+    commands = np.array([-full, full])
     return dict(zip(commands.tolist(), effect.thrust(commands, s, term).tolist(), strict=True))
 
 

@@ -61,7 +61,7 @@ def test_value_unit_and_label_are_of_one_stage(tmp_path: Path, capsys: pytest.Ca
 def test_an_autopilots_log_is_shown_in_its_own_units(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], form: str
 ) -> None:
-    write = {"tlog": link.as_tlog, "BIN": link.as_dataflash}[form]
+    write = link.as_tlog if form == "tlog" else link.as_dataflash
     log = write(tmp_path / f"dive.{form}", link.in_order(link.parameters(), link.swum(dive(8.0))))
     assert main(["inspect", str(log), "--json", "-"]) == 0
     told = json.loads(capsys.readouterr().out)
