@@ -116,5 +116,6 @@ def run(args: argparse.Namespace) -> int:
     if act is not None and args.truth is not None and not status:
         began = float(whole.time[-1] - act.recording.time[-1])
         truth = {"effect": act.effect, "since": round(began + act.onset, 1), "parameters": act.truth}
+        truth |= {"thrust_nm": act.thrust}
         write_json(args.truth, truth)
     return status

@@ -45,12 +45,14 @@ class Underway:
         effect: the name of what came on.
         onset: when, on the recording's clock [s].
         truth: its parameters.
+        thrust: commands at rest, each with the moment that acts [N m]; empty of an effect beside the thrusters.
     """
 
     recording: Recording
     effect: str
     onset: float
     truth: Truth
+    thrust: tuple[tuple[float, float], ...]
 
 
 def play(seed: int) -> Underway:
@@ -69,7 +71,19 @@ def play(seed: int) -> Underway:
     asked = Command((0.5 * (np.array(levels) + np.array(sines))).tolist())
     told = np.array(asked.table)[: 2 * steps : 2]
     motion = move(sound, asked, water(told, for_water), 0.0, Onset(onset, broken))
-    return Underway(recorded("T3", told, motion, for_sensors), effect, onset * STEP, truth)
+    recording = recorded("T3", told, motion, for_sensors)
+    return Underway(recording, effect, onset * STEP, truth, _thrust(broken) if broken.commanded else ())
+
+
+def _thrust(physics: Physics) -> tuple[tuple[float, float], ...]:
+    """Commands up to half above the highest, each with the moment that acts at rest [N m]."""
+    pairs = []
+    for asked in (np.linspace(-1.5, 1.5, 31) * SCALE.torque).tolist():
+        moment = asked
+        for change in physics.commanded:
+            moment = change(moment, 0.0, 0)
+        pairs.append((asked, moment))
+    return tuple(pairs)
 
 
 def recorded(name: str, told: Array, motion: Motion, random: np.random.Generator) -> Recording:

@@ -28,6 +28,7 @@ ALLOWED = {
         "viewer",
         "incsvr",
         "service.wire",
+        "service.inputs.quantities",
         "service.logs.picture",
         "service.recordings",
         "service.config",

@@ -169,7 +169,7 @@ def _about(found: dict[str, Any], axis: AxisWords) -> list[str]:
     lines += [f"- {words(parameter(name, value, intervals.get(name), axis))}" for name, value in values]
     if found.get("share") is not None:
         p = chance(found.get("p_value", 0), 1)
-        lines.append(f"- {100 * found['share']:.0f} % of the improvement, p {p}")
+        lines.append(f"- {100 * found['share']:.0f} % of the better fit, p {p}")
     if found.get("error"):
         lines.append(f"- On fresh data, without → with it: {errors(found['error'], axis)}")
     return lines

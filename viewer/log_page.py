@@ -49,7 +49,7 @@ def blueprint(picture: LogPicture, palette: Palette) -> rrb.Blueprint:
         pages.append(rrb.Horizontal(axes, _words_view(), column_shares=[1.55, 1.0], name="Samples"))
     pages.insert(0, rrb.Vertical(_words_view(), *shown, row_shares=[1.0, *[1.0] * len(shown)], name="Streams"))
     if channels := _channels(picture):
-        plots = [_plot(f"{CHANNELS}/{name}", channel(name)) for name in channels]
+        plots = [_plot(f"{CHANNELS}/{name}", channel(name, picture.units.get(name, ""))) for name in channels]
         pages.append(rrb.Grid(*plots, grid_columns=min(2, len(plots)), name="Channels"))
     return tabs(pages)
 
@@ -61,7 +61,7 @@ def draw(recorder: Recorder, picture: LogPicture, palette: Palette) -> None:
         own = name in OWN
         path = f"{STREAMS}/{name}/measured" if own else f"{CHANNELS}/{name}/measured"
         colour = LIGHT.before if name == YAW.effort else LIGHT.old
-        title = words_of(picture.axis).fill(CALLED[name]) if own else channel(name)
+        title = words_of(picture.axis).fill(CALLED[name]) if own else channel(name, picture.units.get(name, ""))
         _line(recorder, path, title, colour, stamps, values)
     if picture.samples is not None:
         _samples(recorder, picture.samples, picture.batch, palette)

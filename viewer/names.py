@@ -7,23 +7,8 @@ from typing import Any
 
 from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.tracing.sentences import LABELS
+from service.inputs.quantities import si_unit
 from viewer.frame import clock_text
-
-_UNITS = {
-    "heading": "rad",
-    "surge": "m/s",
-    "sway": "m/s",
-    "heave": "m/s",
-    "yaw_rate": "rad/s",
-    "body_yaw_rate": "rad/s",
-    "roll_rate": "rad/s",
-    "pitch_rate": "rad/s",
-    "depth": "m",
-    "voltage": "V",
-    "temperature": "°C",
-}
-_ENDINGS = {"_speed": "rad/s", "_pwm": "µs", "_force": "N", "_torque": "N m"}
-"""Units of the channels with known names (README of the recording's form), in full or by their end."""
 
 
 def words(key: str) -> str:
@@ -38,14 +23,9 @@ def effect(name: str) -> str:
     return words(kind) + (f" {'by' if kind == 'modulation' else 'to'} {channel.replace('_', ' ')}" if channel else "")
 
 
-def channel_unit(name: str) -> str:
-    """The unit of a channel; empty where its name is no known one."""
-    return _UNITS.get(name) or next((unit for end, unit in _ENDINGS.items() if name.endswith(end)), "")
-
-
-def channel(name: str) -> str:
-    """A channel in words with its unit, where its name is a known one: `depth` is Depth [m]."""
-    unit = channel_unit(name)
+def channel(name: str, unit: str = "") -> str:
+    """A channel in words with its unit, or that of its name where it is a known one: `depth` is Depth [m]."""
+    unit = unit or si_unit(name)
     return words(name) + (f" [{unit}]" if unit else "")
 
 

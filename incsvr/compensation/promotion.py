@@ -67,17 +67,20 @@ class Comparison:
             "change": {"free_run_rmse": {"estimate": self.estimate, "low": self.low, "high": self.high}},
         }
 
-    def sentence(self, words: AxisWords = YAW_WORDS) -> str:
-        """The sentence for people."""
-        verdict = (
-            f"predicts fresh data better, bets won {math.exp(min(self.evidence, 50.0)):.2g} : 1"
-            if self.evidence >= self.against
-            else f"predicts fresh data worse, bets lost {math.exp(min(self.against, 50.0)):.2g} : 1"
-        )
-        return (
-            f"{verdict}; free run {self.without:.3g} {words.rate_unit} without, {self.without + self.estimate:.3g} "
-            f"{words.rate_unit} with it ({self.low:+.3g} to {self.high:+.3g})"
-        )
+    def sentence(self, words: AxisWords = YAW_WORDS, spent: float = FALSE_PROOF_CHANCE) -> str:
+        """The sentence for people: what the bets on one-step predictions prove, then the errors of free runs.
+
+        Args:
+            spent: chance of a false proof that is spent, which says how much bets must win.
+        """
+        won, lost = (math.exp(min(each, 50.0)) for each in (self.evidence, self.against))
+        if self.evidence >= -math.log(spent):
+            verdict = f"its one-step predictions of fresh data are better, by bets won {won:.2g} : 1"
+        elif self.against >= -math.log(FALSE_REFUSAL_CHANCE):
+            verdict = f"its predictions of fresh data are worse, by bets lost {lost:.2g} : 1"
+        else:
+            verdict = f"its one-step predictions of fresh data are not proven better: bets won {won:.2g} : 1"
+        return f"{verdict}; {_free_run(self.error, words)}"
 
 
 def level(count: int) -> float:
@@ -106,8 +109,18 @@ def in_force(found: Comparison) -> Verdict:
 
 def errors(error: Mapping[str, Any], words: AxisWords = YAW_WORDS) -> str:
     """The errors before and after, of the form of `Comparison.error`, for people; None in JSON is no number."""
-    torque, free_run = (
-        " → ".join("–" if error[when][key] is None else f"{error[when][key]:.3g}" for when in ("before", "after"))
-        for key in ("torque_rmse", "free_run_rmse")
-    )
-    return f"{words.effort} {torque} {words.effort_unit}, free run {free_run} {words.rate_unit}"
+    return f"{words.effort} {_change(error, 'torque_rmse')} {words.effort_unit}, {_free_run(error, words)}"
+
+
+def _change(error: Mapping[str, Any], key: str) -> str:
+    return " → ".join("–" if error[when][key] is None else f"{error[when][key]:.3g}" for when in ("before", "after"))
+
+
+def _free_run(error: Mapping[str, Any], words: AxisWords) -> str:
+    """The free run's errors; where they prove no change, the interval of it alone."""
+    change = error.get("change", {}).get("free_run_rmse", {})
+    low, high = (math.nan if change.get(end) is None else change[end] for end in ("low", "high"))
+    if low <= 0.0 <= high:
+        return f"free runs do not differ provably ({low:+.3g} to {high:+.3g} {words.rate_unit})"
+    worse = "but free runs err more: " if low > 0.0 else "free run "
+    return f"{worse}{_change(error, 'free_run_rmse')} {words.rate_unit}"

@@ -1,10 +1,14 @@
-"""Intervals of the effects' parameters: the sandwich estimator over blocks, by the delta method."""
+"""Intervals of what effects say, such as their parameters: the sandwich estimator over blocks, by the delta method."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.effects import Effect, Term
 from incsvr.numerics import Array
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit, precision
@@ -16,13 +20,18 @@ SLOPE_DEVIATIONS = 0.1
 """Deviations of a free number over which the slope of a parameter is taken."""
 
 
-def intervals(problem: Problem, fitted: Fit, blocks: NDArray[np.intp]) -> list[dict[str, tuple[float, float]]]:
-    """95 % interval of every parameter of every part of the fit."""
+Values = Callable[[Effect, Term], Mapping[str, float]]
+"""What a term of an effect says, by name."""
+
+
+def intervals(
+    problem: Problem, fitted: Fit, blocks: NDArray[np.intp], values: Values
+) -> list[dict[str, tuple[float, float]]]:
+    """95 % interval of every value of every part of the fit."""
     covariance = covariance_of(problem, fitted, blocks)
-    declared = problem.cells.signals.inertia
     places = fitted.hypothesis.positions()
     return [
-        _of_part(part, covariance[place, place], declared)
+        _of_part(part, covariance[place, place], partial(values, part.effect))
         for part, place in zip(fitted.hypothesis.parts, places, strict=True)
     ]
 
@@ -40,18 +49,20 @@ def covariance_of(problem: Problem, fitted: Fit, blocks: NDArray[np.intp]) -> Ar
     return np.asarray(sandwich if count > 2 * information.shape[0] else inverse)
 
 
-def _of_part(part: Part, covariance: Array, declared: float) -> dict[str, tuple[float, float]]:
-    """Intervals of the contract's parameters, whose slopes are taken numerically."""
-    values, vector = part.effect.parameters(part.term, declared), part.vector
+def _of_part(
+    part: Part, covariance: Array, values: Callable[[Term], Mapping[str, float]]
+) -> dict[str, tuple[float, float]]:
+    """Intervals of the values, whose slopes are taken numerically."""
+    vector = part.vector
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
-    def moved(k: int, by: float) -> dict[str, float]:
+    def moved(k: int, by: float) -> Mapping[str, float]:
         changed = vector.copy()
         changed[k] += by
-        return part.effect.parameters(part.moved(changed).term, declared)
+        return values(part.moved(changed).term)
 
     found = {}
-    for name, value in values.items():
+    for name, value in values(part.term).items():
         slope = np.zeros(vector.size)
         for k, deviation in enumerate(deviations):
             step = SLOPE_DEVIATIONS * float(deviation) or 1e-9

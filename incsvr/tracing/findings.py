@@ -35,6 +35,8 @@ class Finding:
         next_manoeuvre: what to drive to tell them apart; empty where nothing is to be told apart.
         sentence: for people.
         manoeuvre: what to drive, as rows of time [s] and torque [N m]; none where no manoeuvre helps.
+        thrust: of an effect between command and thrust, at the largest command either way, rounded up: command, thrust
+            and the ends of its 95 % interval [N m].
     """
 
     effect: str
@@ -47,6 +49,7 @@ class Finding:
     next_manoeuvre: str
     sentence: str
     manoeuvre: tuple[tuple[float, float], ...] = ()
+    thrust: tuple[tuple[float, float, float, float], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         return {
@@ -59,6 +62,7 @@ class Finding:
             "cannot_tell_from": list(self.cannot_tell_from),
             "next_manoeuvre": self.next_manoeuvre,
             "sentence": self.sentence,
+            **({"thrust_nm": [list(each) for each in self.thrust]} if self.thrust else {}),
         }
 
 
@@ -111,7 +115,7 @@ class Trace:
         verdict: `none`, `effects` or `unexplained`.
         effects: in the order in which they were added.
         rejected: candidates that were not added, and why.
-        unexplained: channels that still predict the residual and were added as smooth terms.
+        unexplained: channels of which a smooth term still predicts the residual.
         error: before, after, change and floor on unseen data.
         ignored_channels: name → why it is no candidate.
         notes: what else the reader must know.
@@ -126,7 +130,7 @@ class Trace:
         sought: whether effects were looked for: not where the log lacks the gyro that the controller reads.
         one_clock: whether the recordings follow one another; else nothing that changes in time was sought.
         doubts: what speaks against the declaration itself (inertia, unit or sign of the torque), each a clause that
-            the headline repeats.
+            stands below the headline.
         axis: the one that is traced, of whose quantities the sentences speak.
     """
 
@@ -153,6 +157,11 @@ class Trace:
     def beats_zero(self) -> bool:
         """Whether the free run with what was found errs less than saying that the vehicle does not turn."""
         return beats_zero(self.error)
+
+    @property
+    def decisive_error(self) -> str:
+        """The error on unseen data that proves: in closed loop that of the predictions, else of the free run."""
+        return "torque_rmse" if self.loop == "closed" else "free_run_rmse"
 
     @property
     def inertia_in_force(self) -> float:

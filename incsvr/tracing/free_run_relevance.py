@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.tracing.search import FittedHypothesis, Search
+from incsvr.tracing.sentences import irrelevance
 from incsvr.tracing.thresholds import RELEVANT_FREE_RUN_SHARE
 from incsvr.tracing.validation import free_runs
 
@@ -24,8 +25,6 @@ def without_unseen_effects(search: Search, best: FittedHypothesis) -> FittedHypo
         if gains[least] >= RELEVANT_FREE_RUN_SHARE:
             return best
         search.taken_back.add(best.names[least])
-        search.refused[best.names[least]] = (
-            f"it lowers the free run's error on held-out pieces by {gains[least]:.1%}, less than a reader would see"
-        )
+        search.refused[best.names[least]] = irrelevance(gains[least])
         best = without[least]
     return best

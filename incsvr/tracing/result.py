@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from incsvr.effects import Signals
+from incsvr.effects import Effect, Signals, Term
+from incsvr.effects.torque_saturation import HIGHEST_COMMAND_QUANTILE
 from incsvr.plant.axes import of_rate
 from incsvr.tracing.adequacy import smooth_terms, unevenness
 from incsvr.tracing.candidates import leads, residual
@@ -25,6 +27,9 @@ from incsvr.tracing.statistics import p_value
 from incsvr.tracing.thresholds import MAX_REJECTED
 from incsvr.tracing.torque_nature import Loop
 from incsvr.tracing.validation import block_means, block_size, validate
+
+ROUND_NUMBERS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
+"""Commands at which people read a thrust, in their decade."""
 
 
 def result_of(
@@ -48,11 +53,11 @@ def result_of(
     cells, s = problem.cells, problem.cells.signals
     channels = [name for name in s.channels if name not in ignored]
     complete, unexplained = smooth_terms(search, best, channels)
-    validation = validate(problem, nothing.fitted, complete.fitted, other)
+    validation = validate(problem, nothing.fitted, best.fitted, other)
     size = block_size(cells)
-    left, before = (residual(each.fitted.response.dynamics) for each in (complete, nothing))
-    spread = unevenness(problem, complete.fitted, left)
-    model = model_of(problem, complete.fitted, float(np.std(block_means(left, size))))
+    left, before = (residual(each.fitted.response.dynamics) for each in (best, nothing))
+    spread = unevenness(problem, complete.fitted, residual(complete.fitted.response.dynamics))
+    model = model_of(problem, best.fitted, float(np.std(block_means(left, size))))
     declared = model_of(problem, nothing.fitted, float(np.std(block_means(before, size))))
     error = validation.to_dict(model.sigma) | {
         "disturbance": disturbance(block_means(left, size), size * cells.step, s.torque)
@@ -96,13 +101,19 @@ def _moving(cells: Cells) -> Signals:
 def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis) -> list[Finding]:
     problem, declared = search.problem, search.problem.cells.signals.inertia
     words = problem.cells.signals.words
-    spans = intervals(problem, best.fitted, search.blocks)
+
+    def values(effect: Effect, term: Term) -> dict[str, float]:
+        thrust = _thrust(effect, term, problem.cells.signals)
+        return effect.parameters(term, declared) | {f"{command}": made for command, made in thrust.items()}
+
+    spans = intervals(problem, best.fitted, search.blocks, values)
     without = [search.tried(best.hypothesis.without(k), best.fitted) for k in range(len(best.names))]
     losses = [max(search.better(best, rest).total, 0.0) for rest in without]
     total, looked_at = max(sum(losses), 1e-300), len({effect.name for effect in search.effects})
     findings = []
     for k, part in enumerate(best.hypothesis.parts):
         parameters = part.effect.parameters(part.term, declared)
+        thrust = _thrust(part.effect, part.term, problem.cells.signals)
         gain = float(np.sum(best.fitted.score - without[k].fitted.score)) / best.inflation
         others = alternatives(search, best, k)
         share = losses[k] / total
@@ -113,16 +124,28 @@ def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis)
                 effect=part.name,
                 channels=streams(part.effect),
                 parameters=parameters,
-                interval=spans[k],
+                interval={name: spans[k][name] for name in parameters},
                 p_value=p_value(2.0 * gain, max(part.vector.size, 1), looked_at * part.effect.multiplicity),
                 share=share,
                 cannot_tell_from=(*(other.hypothesis.parts[-1].name for other in others), *part.effect.ties),
                 next_manoeuvre=advice,
                 sentence=sentence(part.effect, parameters, spans[k], share, words),
                 manoeuvre=manoeuvre,
+                thrust=tuple((command, made, *spans[k][f"{command}"]) for command, made in thrust.items()),
             )
         )
     return findings
+
+
+def _thrust(effect: Effect, term: Term, s: Signals) -> dict[float, float]:
+    """The largest command either way, rounded up → thrust [N m]; of an effect of the command alone, else empty."""
+    largest = float(np.quantile(np.abs(s.torque), HIGHEST_COMMAND_QUANTILE))
+    if effect.acts != "thrust" or effect.lingers or effect.needs_clock or effect.channels or largest <= 0.0:
+        return {}
+    decade = 10.0 ** math.floor(math.log10(largest))
+    full = next(round_number * decade for round_number in ROUND_NUMBERS if round_number * decade >= largest)
+    commands = np.array([-full, full])
+    return dict(zip(commands.tolist(), effect.thrust(commands, s, term).tolist(), strict=True))
 
 
 def _rejected(search: Search, best: FittedHypothesis) -> list[RejectedEffect]:

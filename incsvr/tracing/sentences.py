@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from incsvr.effects import Effect, Signals
@@ -56,7 +56,7 @@ def sentence(
     explained_part: float,
     words: AxisWords = YAW_WORDS,
 ) -> str:
-    """The sentence of a finding: its values with 95 % intervals, and its share of the improvement."""
+    """The sentence of a finding: its values with 95 % intervals, and its share of the better fit."""
     values = []
     for name, value in parameters.items():
         label, unit = (words.fill(each) for each in LABELS[name])
@@ -65,7 +65,7 @@ def sentence(
         spread = "" if certain else f" ({low:.3g} to {high:.3g})"
         values.append(f"{label} {value:.3g}{spread}{' ' + unit if unit else ''}")
     meaning = words.fill(AHEAD if parameters.get("delay_s", 0.0) < 0.0 else effect.sentence)
-    part = f"It accounts for {100.0 * explained_part:.0f} % of the improvement."
+    part = f"It accounts for {100.0 * explained_part:.0f} % of the better fit."
     return f"{effect.name}: {meaning}; {', '.join(values)}. {part}"
 
 
@@ -112,64 +112,87 @@ def of_share(share: float) -> tuple[str, ...]:
     return (f"{share:.0%} of the recordings were fitted, in stretches spread evenly over them: they are long enough",)
 
 
+NAMED_EFFECTS = 3
+"""Effects that a headline names; it counts the others."""
+
+
 def headline(found: Trace) -> str:
-    """The headline of a trace: its verdict, with everything that limits it.
-
-    It is made of the verdict, the errors on unseen data with their intervals, whether they prove the effects, what is
-    left of the torque, whether the stamps of the recordings overlap, and doubts about what was declared.
-    """
-    return "; ".join(headline_clauses(found))
-
-
-def headline_clauses(found: Trace) -> list[str]:
-    """The clauses of the headline: the verdict, then what limits it."""
-    return [_verdict(found), *_limits(found)]
-
-
-def _verdict(found: Trace) -> str:
+    """The headline of a trace, one clause: its verdict with the error on unseen data that decides it."""
     words = words_of(found.axis)
     if not found.beats_zero:
-        return (
-            f"the model predicts no better than a rate of zero: check {words.inertia}, units and signs before anything "
-            "else"
-        )
-    names = ", ".join(finding.effect for finding in found.effects)
+        return "the model predicts no better than a rate of zero"
     if found.verdict == "effects":
-        key = "torque_rmse" if found.loop == "closed" else "free_run_rmse"
-        errors = _before_and_after(found.error, key, words)
+        key, names = found.decisive_error, _named([finding.effect for finding in found.effects])
+        before, after = (f"{found.error[when][key]:.3g}" for when in ("before", "after"))
+        called, unit = _error(key, words)
         if found.proven:
-            return f"the model lacks {names}: on unseen data {errors}"
+            return f"adding {names} lowers {called} on unseen data from {before} to {after} {unit}"
         if found.error["change"][key]["low"] > 0.0:
-            return f"{names} would fit these recordings better, but unseen data speak against it: {errors}"
-        return f"the model may lack {names}, but unseen data do not prove it: {errors}, which chance explains"
+            return f"adding {names} raises {called} on unseen data from {before} to {after} {unit}"
+        return f"{called} on unseen data does not prove {names}: {before} {unit} without, {after} with"
     if found.verdict == "unexplained" and not found.sought:
-        return (
-            f"no effect was sought: a controller uses another gyro than this log's, or the {words.effort} is measured"
-        )
+        return f"no effect was sought because of a controller with another gyro or a measured {words.effort}"
     if found.verdict == "unexplained":
-        follows = ", ".join(each.channel for each in found.unexplained)
-        of = f", the residual follows {follows}" if follows else ""
-        return f"the model lacks something that no known effect explains{of}"
+        follows = _named([each.channel for each in found.unexplained])
+        return f"no known effect explains {f'how the residual follows {follows}' if follows else 'the large residual'}"
     left = left_of_torque(found.error)
     if left is not None and left >= MUCH_LEFT_SHARE:
-        return (
-            "no known effect is proven, but the model does not explain the motion: the residual is "
-            f"{_share(left, words)}"
-        )
+        return f"the model leaves {_share(left, words)} unexplained by any known effect"
     return "the model lacks nothing that these recordings show"
 
 
-def _limits(found: Trace) -> list[str]:
-    """The limits of the verdict, in words."""
-    limits, left, words = list(found.doubts), left_of_torque(found.error), words_of(found.axis)
-    if found.verdict != "none" and left is not None and left >= MUCH_LEFT_SHARE:
-        limits.append(f"the residual is {_share(left, words)}")
-    other = "free_run_rmse" if found.loop == "closed" else "torque_rmse"
+def limits(found: Trace) -> list[str]:
+    """What limits the headline, a clause each."""
+    found_limits, left, words = list(found.doubts), left_of_torque(found.error), words_of(found.axis)
+    if not found.beats_zero:
+        found_limits.append(f"check {words.inertia}, units and signs before anything else")
+    elif found.verdict != "none" and left is not None and left >= MUCH_LEFT_SHARE:
+        found_limits.append(f"the residual is {_share(left, words)}")
+    other = "free_run_rmse" if found.decisive_error == "torque_rmse" else "torque_rmse"
     if found.verdict != "none" and found.error["change"][other]["low"] > 0.0:
-        limits.append(f"on unseen data {_before_and_after(found.error, other, words)}")
+        before, after = (f"{found.error[when][other]:.3g}" for when in ("before", "after"))
+        called, unit = _error(other, words)
+        found_limits.append(f"on unseen data {called} grows from {before} to {after} {unit}")
     if not found.one_clock:
-        limits.append("effects that begin or drift were not sought: the stamps of the recordings overlap")
-    return limits
+        found_limits.append("effects that begin or drift were not sought: the stamps of the recordings overlap")
+    return found_limits
+
+
+def proof(found: Trace) -> str:
+    """What the errors on unseen data prove."""
+    if not found.beats_zero:
+        return "not proven: the error of the free run exceeds that of a zero rate"
+    change, effort = found.error["change"][found.decisive_error], words_of(found.axis).effort
+    by = "lower" if change["high"] < 0.0 else "higher" if change["low"] > 0.0 else ""
+    judged = f"is significantly {by}" if by else "does not differ significantly"
+    if found.loop != "closed":
+        return f"open loop: the error of the free run on unseen data {judged}"
+    but = ", but not proven: the free run errs more" if by == "lower" and found.effects and not found.proven else ""
+    return (
+        f"closed loop: a free run proves nothing, because the {effort} reacts to disturbances; the error of the "
+        f"predicted {effort} on unseen data {judged}{but}"
+    )
+
+
+def irrelevance(gain: float) -> str:
+    """Why an effect is not named that lowers the free run's error on held-out pieces by this part; negative raises."""
+    if gain < 0.0:
+        return f"it raises the free run's error on held-out pieces by {-gain:.1%}"
+    return f"it lowers the free run's error on held-out pieces by {gain:.1%}, less than a reader would see"
+
+
+def _named(names: Sequence[str]) -> str:
+    """Names in one phrase."""
+    listed = [*names[:NAMED_EFFECTS], *([f"{len(names) - NAMED_EFFECTS} more"] if len(names) > NAMED_EFFECTS else [])]
+    return " and ".join([", ".join(listed[:-1]), listed[-1]] if len(listed) > 1 else listed)
+
+
+def _error(key: str, words: AxisWords) -> tuple[str, str]:
+    """What an error is called, and its unit."""
+    return {
+        "torque_rmse": (f"the {words.effort}'s error", words.effort_unit),
+        "free_run_rmse": ("the free run's error", words.rate_unit),
+    }[key]
 
 
 def left_of_torque(error: Mapping[str, Any]) -> float | None:
@@ -180,19 +203,6 @@ def left_of_torque(error: Mapping[str, Any]) -> float | None:
 
 def _share(left: float, words: AxisWords) -> str:
     return f"{100.0 * left:.0f} % of the {words.effort}"
-
-
-def _before_and_after(error: Mapping[str, Any], key: str, words: AxisWords) -> str:
-    """The change of an error, in words: "the torque's error grows from 51.6 to 56.2 N m"."""
-    called, unit = {
-        "torque_rmse": (f"the {words.effort}'s error", words.effort_unit),
-        "free_run_rmse": ("the free run's error", words.rate_unit),
-    }[key]
-    before, after = (error[when][key] for when in ("before", "after"))
-    if f"{before:.3g}" == f"{after:.3g}":
-        return f"{called} stays at {after:.3g} {unit}"
-    moves = "grows" if after > before else "falls"
-    return f"{called} {moves} from {before:.3g} to {after:.3g} {unit}"
 
 
 MIN_SAID_P_VALUE = 1e-300

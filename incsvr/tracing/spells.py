@@ -92,8 +92,13 @@ def _without_gaps(inside: NDArray[np.bool_], length: int) -> NDArray[np.bool_]:
 
 
 def spans(time: Array, inside: NDArray[np.bool_], period: float) -> tuple[tuple[float, float], ...]:
-    """First and last instant of each spell [s], rounded; `time` begins each block of length `period`."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+    """First and last instant of each spell [s], rounded; `time` begins each block of length `period`.
+
+    A spell ends where the time goes back, as from one recording to the next.
+    """
+    on = np.diff(time, prepend=np.inf) > 0.0
+    begins = inside & ~(np.concatenate([[False], inside[:-1]]) & on)
+    ends = inside & ~np.concatenate([inside[1:] & on[1:], [False]])
     return tuple(
-        (round(float(time[a]), 2), round(float(time[b - 1]) + period, 2)) for a, b in edges.reshape(-1, 2).tolist()
+        (round(float(a), 2), round(float(b) + period, 2)) for a, b in zip(time[begins], time[ends], strict=True)
     )

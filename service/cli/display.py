@@ -67,8 +67,13 @@ def _called(name: str, axis: Axis) -> str:
     return words_of(axis).fill(STREAM_NAMES[name]) if name in STREAM_NAMES else name
 
 
+def stream_unit(name: str, axis: Axis) -> str:
+    """The unit of a learner's stream; empty where its name is no known one."""
+    return words_of(axis).fill(STREAM_UNITS[name]) if name in STREAM_UNITS else si_unit(name)
+
+
 def _columns(name: str, stream: StreamHealth, axis: Axis) -> tuple[str, ...]:
-    unit = words_of(axis).fill(STREAM_UNITS[name]) if name in STREAM_UNITS else si_unit(name)
+    unit = stream_unit(name, axis)
     value = "–" if stream.value is None else f"{stream.value:.3g} {unit}".strip()
     return (
         value,

@@ -1,4 +1,4 @@
-"""A progress bar on standard error: only on a terminal, only for what takes longer than a second, gone when done.
+"""Progress on standard error: on a terminal a bar for what takes longer than a second, gone when done; else lines.
 
 Nothing is shown to programs, which ask with `--json`: the command line calls them within `without_bars`.
 """
@@ -6,13 +6,18 @@ Nothing is shown to programs, which ask with `--json`: the command line calls th
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from threading import Timer
+from threading import Event, Thread, Timer
 
 BAR_AFTER_S = 1.0
 """Shorter work shows no bar [s]."""
+LINE_PERIOD_S = 30.0
+"""Between two lines where there is no terminal [s], as `replay` has it; shorter work shows none."""
+Advance = Callable[..., None]
+"""Called after each step, or as each begins with what it does."""
 _hidden = ContextVar("hidden", default=False)
 
 
@@ -27,11 +32,17 @@ def without_bars(hides: bool = True) -> Iterator[None]:
 
 
 @contextmanager
-def progress(what: str, total: int | None = None) -> Iterator[Callable[[], None]]:
-    """Yields what is to be called after each of `total` steps; None where nobody knows how many there are."""
-    if _hidden.get() or not sys.stderr.isatty():
-        yield lambda: None
+def progress(what: str, total: int | None = None) -> Iterator[Advance]:
+    """Yields what is to be called for each of `total` steps; None where nobody knows how many there are."""
+    if _hidden.get():
+        yield lambda step="": None
         return
+    with (_bar if sys.stderr.isatty() else _lines)(what, total) as advance:
+        yield advance
+
+
+@contextmanager
+def _bar(what: str, total: int | None) -> Iterator[Advance]:
     # Loaded where it is needed alone: a learner has no terminal.
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -45,8 +56,30 @@ def progress(what: str, total: int | None = None) -> Iterator[Callable[[], None]
     late.daemon = True
     late.start()
     try:
-        yield lambda: bar.advance(task)
+        yield lambda step="": bar.update(task, advance=1, description=f"{what}: {step}" if step else what)
     finally:
         late.cancel()
         late.join()
         bar.stop()
+
+
+@contextmanager
+def _lines(what: str, total: int | None) -> Iterator[Advance]:
+    began, over, done, now = time.monotonic(), Event(), 0, ""
+
+    def advance(step: str = "") -> None:
+        nonlocal done, now
+        done, now = done + 1, f": {step}" if step else ""
+
+    def write() -> None:
+        while not over.wait(LINE_PERIOD_S):
+            count = "" if total is None else f", {done} of {total}"
+            print(f"incsvr: {what}{count}{now}, {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
+
+    writer = Thread(target=write, daemon=True)
+    writer.start()
+    try:
+        yield advance
+    finally:
+        over.set()
+        writer.join()

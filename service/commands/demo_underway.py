@@ -13,7 +13,10 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any, TextIO
 
+import numpy as np
+
 from incsvr.compensation.promotion import errors
+from incsvr.effects.torque_asymmetry import THRUST_TABLE_ERROR
 from service.cli.output import WIDTH
 from service.wire import EffectsLedger
 
@@ -83,7 +86,8 @@ def awaited(
 def outcome(ledger: EffectsLedger, begins: float, seed: int, truth: Mapping[str, Any]) -> dict[str, Any]:
     """The findings of the act that begins at a time [s], and the ground truth.
 
-    `right` says whether what was proven, or else what was suspected, is what came on or is in a class with it.
+    `right` says whether what was proven, or else what was suspected, is what came on or is in a class with it;
+    `sizes` compares what acts: the thrust at the largest command, or the parameter where no thrust changes.
     """
     proven = [finding for finding in ledger.found if finding["state"] == "proven"]
     judged = proven or list(ledger.found)
@@ -98,7 +102,38 @@ def outcome(ledger: EffectsLedger, begins: float, seed: int, truth: Mapping[str,
         "truth": dict(truth),
         "proven": bool(proven),
         "right": truth["effect"] in named | classes,
+        "sizes": [
+            size for finding in judged if finding["effect"] == truth["effect"] for size in _sizes(finding, truth)
+        ],
     }
+
+
+def _sizes(finding: Mapping[str, Any], truth: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Each size that was found, its 95 % interval and the true one; it holds within that or a thrust table's error."""
+    if truth["thrust_nm"]:
+        commands, made = zip(*truth["thrust_nm"], strict=True)
+        sizes = [
+            (
+                f"thrust at {command:g} N m commanded",
+                found,
+                low,
+                high,
+                float(np.interp(command, commands, made)),
+                command,
+            )
+            for command, found, low, high in finding.get("thrust_nm", ())
+        ]
+    else:
+        sizes = [
+            (name, found, *finding["interval"][name], truth["parameters"][name], truth["parameters"][name])
+            for name, found in finding["parameters"].items()
+            if name in truth["parameters"]
+        ]
+    return [
+        {"what": what, "found": found, "low": low, "high": high, "true": true,
+         "holds": low <= true <= high or abs(found - true) <= THRUST_TABLE_ERROR * abs(whole)}
+        for what, found, low, high, true, whole in sizes
+    ]  # fmt: skip
 
 
 def summary(act: Mapping[str, Any]) -> list[str]:
@@ -113,11 +148,10 @@ def summary(act: Mapping[str, Any]) -> list[str]:
     if not act["found"]:
         lines.append("The learner has found no known effect.")
     truth = act["truth"]
-    values = ", ".join(
-        f"{name} {value:.3g}" if isinstance(value, float) else f"{name} {value}"
-        for name, value in truth["parameters"].items()
-    )
-    lines += textwrap.wrap(f"Ground truth: {truth['effect']} since {truth['since']:.0f} s ({values}).", WIDTH)
+    lines += textwrap.wrap(f"Ground truth: {truth['effect']} since {truth['since']:.0f} s.", WIDTH)
+    for size in act["sizes"]:
+        found = f"found {size['found']:.3g} ({size['low']:.3g} to {size['high']:.3g})"
+        lines += textwrap.wrap(f"{size['what']}: {found}, true {size['true']:.3g}", WIDTH, subsequent_indent="  ")
     lines += textwrap.wrap(_judgement(act), WIDTH)
     return lines
 
@@ -127,6 +161,10 @@ def _judgement(act: Mapping[str, Any]) -> str:
         return "It was not found: within this act the data did not distinguish it from noise."
     if not act["right"]:
         return "A different effect was found: an operator who promoted it would have been misled."
+    if not act["sizes"]:
+        return f"In part: these data cannot distinguish what was found from {act['truth']['effect']}."
+    if not all(size["holds"] for size in act["sizes"]):
+        return "In part: the effect is the true one, its size is not."
     when = next(
         step["t"] for step in act["history"] if step["t"] > act["begins"] and step["step"] in ("suspected", "proven")
     )

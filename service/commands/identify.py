@@ -87,7 +87,7 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
 
         def begins(step: str) -> None:
             began(step, count)
-            advance()
+            advance(step)
 
         found = identify(motion, test, declared(args.mass_matrix), args.name, begins=begins)
     if args.write is not None:

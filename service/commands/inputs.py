@@ -14,9 +14,11 @@ from typing import Any
 import zenoh
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
 from service.bus.arrivals import Arrivals
 from service.bus.mapped_ingest import mapping
 from service.bus.session import client_config_at, from_file, listener_config_at, open_session
+from service.cli.display import stream_unit
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.config.configuration import Config
 from service.config.sources import add_client_arguments, from_arguments
@@ -32,7 +34,6 @@ VEHICLE_TIMEOUT_S = 3.0
 """The longest wait for the vehicle that is asked, and for its answers [s]."""
 MAX_ASK_HZ = 400.0
 """Faster no autopilot runs."""
-INPUT_UNITS = {RATE: "rad/s", TORQUE: "N m"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -78,7 +79,7 @@ def text(config: Config, result: dict[str, Any]) -> str:
     lines = [f"{where}, {result['seconds']:g} s" + (f", preset {config.inputs.preset}" if config.inputs.preset else "")]
     lines += ["", f"{'input':<13} {'values':>6} {'Hz':>5} {'lowest':>9} {'highest':>9}"]
     for name in sorted(came, key=lambda each: (each != RATE, each != TORQUE, each)):
-        lines.append(_line(name, came[name]))
+        lines.append(_line(name, came[name], stream_unit(name, AXES[config.vehicle.axis])))
         lines += wrapped("    doubt: ", came[name]["doubts"])
     lines += [f"{name:<13} {'0':>6}" for name in (RATE, TORQUE) if name not in came]
     armed = {True: "armed", False: "not armed: nothing would be learned now", None: "unknown"}
@@ -96,9 +97,8 @@ def text(config: Config, result: dict[str, Any]) -> str:
     return "\n".join(lines + wrapped("received as well: ", [", ".join(others)] if others else []))
 
 
-def _line(name: str, came: dict[str, Any]) -> str:
+def _line(name: str, came: dict[str, Any], unit: str) -> str:
     low, high = ("-" if came[end] is None else f"{came[end]:.4g}" for end in ("low", "high"))
-    unit = INPUT_UNITS.get(name, "")
     where = ", ".join(came["keys"]) + (" (by arrival)" if came["stamps"] == "arrival" else "")
     line = f"{name:<13} {came['count']:>6} {came['rate_hz']:>5.3g} {low:>9} {high:>9} {unit:<5}"
     return f"{line} {shortened(where, WIDTH - len(line) - 1)}".rstrip()

@@ -20,7 +20,7 @@ from service.inputs.arming import arming_spans, is_within
 from service.inputs.clocks import without_leaps
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.presets import Proposal
-from service.inputs.quantities import si_unit
+from service.inputs.quantities import si_unit, units_of
 from service.inputs.settings import Inputs, Source, Thrusters
 from service.inputs.table import Table, Topic
 from service.logs.cut_log import cut_log
@@ -163,8 +163,17 @@ def _result(summary: LogSummary) -> dict[str, Any]:
         ],
         "armed": None if measured is None else _armed(measured),
         "proposal": inputs | {"notes": list(proposal.sentences), "missing": dict(proposal.missing)},
-        "measured": {} if measured is None else {name: _summary(*each) for name, each in measured.streams.items()},
+        "measured": _measured(proposal.inputs, measured),
     }
+
+
+def _measured(inputs: Inputs, measured: MeasuredStreams | None) -> dict[str, Any]:
+    """Each measured stream as it is used, with its unit."""
+    found = {}
+    for name, stream in () if measured is None else measured.streams.items():
+        source = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque, **inputs.channels}.get(name)
+        found[name] = _summary(*stream) | {"unit": si_unit(name) if source is None else units_of(name, source)[1]}
+    return found
 
 
 def _armed(measured: MeasuredStreams) -> dict[str, Any] | None:
@@ -221,7 +230,7 @@ def _proposed(summary: LogSummary) -> list[str]:
         *inputs.channels.items(),
     ]
     for name, source in named:
-        lines.append(_line(name, source, measured, name in summary.degrees))
+        lines += _lines(name, source, summary)
     lines += wrapped("  missing: ", proposal.missing.values())
     armed = None if measured is None else _armed(measured)
     if measured is not None:
@@ -232,16 +241,28 @@ def _proposed(summary: LogSummary) -> list[str]:
     return lines + wrapped("  note: ", (*proposal.sentences, *(measured.notes if measured else ())))
 
 
-def _line(name: str, source: Source | Thrusters | None, measured: MeasuredStreams | None, in_degrees: bool) -> str:
+def _lines(name: str, source: Source | Thrusters | None, summary: LogSummary) -> list[str]:
+    """One quantity: the numbers that the log holds in the log's unit; where a factor changes them, what is used."""
     if source is None:
-        return f"  {name:<11} nothing"
-    where = f"{source.topic}.{source.field}" if isinstance(source, Source) else f"thrusters of {source.topics[0]}"
-    spelt = (isinstance(source, Source) and source.unit) or si_unit(name)
-    unit = f" [{spelt}{': degrees?' if in_degrees else ''}]" if spelt else ""
-    where = f"{'-' if isinstance(source, Source) and source.sign < 0 else ''}{where}"
-    figures = ""
-    if measured is not None and name in measured.streams:
-        summary = _summary(*measured.streams[name])
-        figures = f"{summary['rate_hz']:.3g} Hz, {summary['low']:.3g} to {summary['high']:.3g}"
+        return [f"  {name:<11} nothing"]
+    measured = _measured(summary.proposal.inputs, summary.measured).get(name)
+    if isinstance(source, Source):
+        where, unit, factor = f"{source.topic}.{source.field}", units_of(name, source)[0], source.factor
+        ranges = {each.topic.name: each.ranges for each in summary.streams}
+        ends = ranges.get(source.topic, {}).get(source.field)
+    else:
+        where, unit, factor = f"thrusters of {source.topics[0]}", si_unit(name), 1.0
+        ends = None if measured is None else (measured["low"], measured["high"])
+    mark = "degrees?" if name in summary.degrees else ""
+    unit = f" [{': '.join(each for each in (unit, mark) if each)}]" if unit or mark else ""
+    figures = "" if measured is None or ends is None else f"{measured['rate_hz']:.3g} Hz, {_span(*ends)}"
     where = shortened(where, WIDTH - 14 - len(figures) - len(unit) - 2)
-    return f"  {name:<11} {where}{unit}  {figures}".rstrip()
+    lines = [f"  {name:<11} {where}{unit}  {figures}".rstrip()]
+    if measured is not None and factor != 1.0:
+        used = f"{_span(measured['low'], measured['high'])} {measured['unit']}".rstrip()
+        lines.append(f"{'':14}× {factor:.5g} = {used}")
+    return lines
+
+
+def _span(low: float, high: float) -> str:
+    return f"{low + 0.0:.5g} to {high + 0.0:.5g}"  # -0.0 + 0.0 is 0.0

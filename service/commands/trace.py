@@ -16,7 +16,7 @@ from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run
-from incsvr.tracing.sentences import headline
+from incsvr.tracing.sentences import headline, limits
 from service.cli.output import add_json_argument, destination, emit
 from service.cli.progress import progress
 from service.commands import other_velocities
@@ -81,7 +81,13 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
     reading = replace(Reading.of(args, config), ours_whole=True)
     axis = reading.axis
     found, others, parts = _traced(args, reading, config)
-    told = {"headline": headline(found), **found.to_dict(), "axis": axis.name, **others.to_dict()}
+    told = {
+        "headline": headline(found),
+        "limits": limits(found),
+        **found.to_dict(),
+        "axis": axis.name,
+        **others.to_dict(),
+    }
     told |= {"parts": [part.to_dict() for part in parts]} if parts else {}
     return axis, found, told
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from incsvr.plant.words import words_of
 from incsvr.tracing.findings import Trace
-from incsvr.tracing.sentences import chance, headline
+from incsvr.tracing.sentences import chance, headline, limits, proof
 
 
 def text(trace: Trace) -> str:
@@ -20,6 +20,7 @@ def text(trace: Trace) -> str:
         else f" ({trace.inertia_in_force:.3g} {words.inertia_unit} in use)"
     )
     lines = [f"declared {words.inertia} {trace.inertia:g} {words.inertia_unit}{traced}: {headline(trace)}"]
+    lines += [f"  caution: {limit}" for limit in limits(trace)]
     for finding in trace.effects:
         lines.append(f"  {finding.sentence}")
         if finding.cannot_tell_from:
@@ -41,7 +42,7 @@ def text(trace: Trace) -> str:
         )
     lines += _beside(error, trace.model.scale, words.rate_unit)
     if trace.effects or trace.loop == "closed":
-        lines.append(f"  {_proof(trace)}")
+        lines.append(f"  {proof(trace)}")
     lines.append(f"    noise floor of the {words.effort} {_figure(error['floor']['torque_rmse'])} {words.effort_unit}")
     left = error["disturbance"]
     share = f"{100.0 * left['share_of_torque']:.1f} % of the {words.effort}, " if "share_of_torque" in left else ""
@@ -71,17 +72,3 @@ def _figure(value: float) -> str:
 
 def _change(value: float) -> str:
     return f"{value:+.3g}" if math.isfinite(value) else "–"
-
-
-def _proof(trace: Trace) -> str:
-    """The line that judges the errors on unseen data."""
-    if not trace.beats_zero:
-        return "not proven: the error of the free run exceeds that of a zero rate"
-    better = "significantly lower" if trace.proven else "not significantly lower"
-    if trace.loop == "closed":
-        effort = words_of(trace.axis).effort
-        return (
-            f"closed loop: a free run proves nothing, because the {effort} reacts to disturbances; the error of the "
-            f"predicted {effort} on unseen data is {better}"
-        )
-    return f"open loop: the error of the free run on unseen data is {better}"

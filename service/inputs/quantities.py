@@ -6,12 +6,14 @@ import difflib
 import re
 from collections.abc import Collection
 
-from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES
+from incsvr.plant.axes import AXES, BODY_YAW_RATE, EFFORTS, VELOCITIES, YAW
+from service.inputs.settings import Source
+from service.inputs.units import FRACTION, SI_UNITS
 
 TIME_NAME = "t"
-_CHANNELS = {"heading": "rad", "depth": "m", "voltage": "V", "temperature": "degC", "armed": ""}
+_CHANNELS = {"heading": "rad", "depth": "m", "voltage": "V", "temperature": "°C", "armed": ""}
 _THRUSTER = re.compile(r"^thruster_\d+_(speed|pwm)$")
-_THRUSTER_UNITS = {"speed": "rad/s", "pwm": "us"}
+_THRUSTER_UNITS = {"speed": "rad/s", "pwm": "µs"}
 _MOTION = (*VELOCITIES, *EFFORTS)
 QUANTITY_NAMES = (TIME_NAME, *_MOTION, *_CHANNELS)
 SYNONYMS = {
@@ -27,6 +29,7 @@ MIN_LIKENESS = 0.8
 
 def si_unit(name: str) -> str:
     """The SI unit of a quantity; empty where it has none, or the name says nothing here."""
+    name = YAW.rate if name == BODY_YAW_RATE else name
     for axis in AXES.values():
         if name == axis.rate:
             return "m/s" if axis.along else "rad/s"
@@ -34,6 +37,14 @@ def si_unit(name: str) -> str:
             return "N" if axis.along else "N m"
     thruster = _THRUSTER.match(name)
     return _THRUSTER_UNITS[thruster[1]] if thruster else _CHANNELS.get(name, "")
+
+
+def units_of(name: str, source: Source) -> tuple[str, str]:
+    """The unit of a source's numbers in their messages, and the unit in which the quantity is used; empty: unknown."""
+    if source.unit == FRACTION:
+        return FRACTION, FRACTION if source.scale == 1.0 else si_unit(name)
+    used = SI_UNITS[source.unit] or si_unit(name)
+    return "" if source.scale != 1.0 else source.unit or used, used  # the unit is that of the scaled numbers
 
 
 def intended_quantity(name: str, said: Collection[str]) -> str | None:

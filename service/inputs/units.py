@@ -11,36 +11,22 @@ FRACTION = "fraction"
 KGF_N = 9.80665
 """One kilogram-force [N]."""
 
-FACTORS = {
-    "": 1.0,
-    "rad/s": 1.0,
-    "mrad/s": 1e-3,
-    "deg/s": pi / 180.0,
-    "cdeg/s": pi / 18000.0,
-    "rpm": pi / 30.0,
-    "rad": 1.0,
-    "deg": pi / 180.0,
-    "cdeg": pi / 18000.0,
-    "N m": 1.0,
-    "kN m": 1e3,
-    "kgf m": KGF_N,
-    "N": 1.0,
-    "kN": 1e3,
-    "kgf": KGF_N,
-    FRACTION: 1.0,
-    "m": 1.0,
-    "cm": 1e-2,
-    "mm": 1e-3,
-    "m/s": 1.0,
-    "cm/s": 1e-2,
-    "mm/s": 1e-3,
-    "kn": 1852.0 / 3600.0,
-    "V": 1.0,
-    "mV": 1e-3,
-    "us": 1.0,
-    "degC": 1.0,
+_BY_SI_UNIT: dict[str, dict[str, float]] = {
+    "": {"": 1.0},
+    "rad/s": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": pi / 180.0, "cdeg/s": pi / 18000.0, "rpm": pi / 30.0},
+    "rad": {"rad": 1.0, "deg": pi / 180.0, "cdeg": pi / 18000.0},
+    "N m": {"N m": 1.0, "kN m": 1e3, "kgf m": KGF_N},
+    "N": {"N": 1.0, "kN": 1e3, "kgf": KGF_N},
+    FRACTION: {FRACTION: 1.0},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "m/s": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "kn": 1852.0 / 3600.0},
+    "V": {"V": 1.0, "mV": 1e-3},
+    "µs": {"us": 1.0},
+    "°C": {"degC": 1.0},
 }
-"""SI over the unit: µs of a servo pulse and °C stay as they are."""
+"""SI unit → unit → SI over the unit: µs of a servo pulse and °C stay as they are."""
+FACTORS = {name: factor for units in _BY_SI_UNIT.values() for name, factor in units.items()}
+SI_UNITS = {name: si for si, units in _BY_SI_UNIT.items() for name in units}
 STAMP_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 """Seconds over the unit of a stamp."""
 _SPELLINGS = {

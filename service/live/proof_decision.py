@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from incsvr.compensation.promotion import Comparison, Verdict, in_force, level, on_trial
+from incsvr.compensation.promotion import FALSE_PROOF_CHANCE, Comparison, Verdict, in_force, level, on_trial
 from incsvr.plant.words import YAW_WORDS, AxisWords
 from service.config.sections import Tracing
 from service.live.ledger import last_step
@@ -52,12 +52,13 @@ def decide_proof(
     """
     (role, content), advise = under_test, settings.live == "advise"
     step: str
-    won = 0.0
+    won, spent = 0.0, FALSE_PROOF_CHANCE
     if role == "suspected":
         at_last = newest + settings.proof > state.trial_from + TRIAL_PART * settings.window
         count, earlier = state.prior_bet
         won, comparison = comparison.won, comparison.after(earlier)
-        step = verdict = on_trial(comparison, level(count), at_last)
+        spent = level(count)
+        step = verdict = on_trial(comparison, spent, at_last)
     else:
         step = verdict = in_force(comparison)
     if verdict == "promoted" and (advise or set(names) & set(state.vetoed)):
@@ -69,7 +70,7 @@ def decide_proof(
     error = comparison.error if comparison.turned else None if content.proof is None else content.proof.error
     again = step == "doubtful" and last_step(state, names) == step
     if verdict in ("kept", "waits") or again:
-        return ProofDecision(verdict, None, comparison.sentence(words), error, won)
+        return ProofDecision(verdict, None, comparison.sentence(words, spent), error, won)
     instead = "in place of those in force, " if role == "suspected" and state.active is not None else ""
     cure = f"; to take it back: incsvr effects withdraw {names[0]}" if step == "doubtful" else ""
-    return ProofDecision(verdict, step, instead + comparison.sentence(words) + cure, error, won)
+    return ProofDecision(verdict, step, instead + comparison.sentence(words, spent) + cure, error, won)

@@ -18,6 +18,7 @@ class LogPicture:
         name: of the log.
         axis: which is meant.
         streams: stamps (n,) [s] and values (n,) by name: yaw_rate and torque of the axis, then the channels.
+        units: SI units of the channels that came with a unit.
         samples: the damping samples; None where there are none.
         batch: samples that a batch holds.
         remarks: what is to be known of them, or why there are no samples, one sentence each.
@@ -26,6 +27,7 @@ class LogPicture:
     name: str
     axis: Axis
     streams: Mapping[str, tuple[Array, Array]]
+    units: Mapping[str, str]
     samples: Samples | None
     batch: int
     remarks: tuple[str, ...]

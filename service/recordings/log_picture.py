@@ -35,7 +35,7 @@ def picture(args: argparse.Namespace) -> LogPicture:
     reading = Reading.of(args, config)
     recording = replace(reading, learns=False).of_one(args.recording)
     streams = {name: stream for name, stream in recording.streams().items() if stream[0].size}
-    bare = LogPicture(recording.name, reading.axis, streams, None, 0, recording.notes)
+    bare = LogPicture(recording.name, reading.axis, streams, recording.units, None, 0, recording.notes)
     of_file = config if args.config else None
     if args.inertia is None and (of_file is None or not of_file.vehicle.inertia_said):
         return replace(bare, remarks=(*bare.remarks, words_of(bare.axis).fill(ASK_INERTIA)))

@@ -20,6 +20,7 @@ from service.config.configuration import Config
 from service.inputs.arming import Spans, arming_spans, is_within
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
+from service.inputs.quantities import units_of
 from service.inputs.settings import Inputs, Preset, Source
 from service.logs import Log, open_any
 from service.logs import reading as logs
@@ -160,7 +161,8 @@ class Reading:
         since = logs.since_1970(log, proposal.inputs, measured) if self.cut else None
         recording = self._recording(path, measured, proposal.inputs, since)
         notes = (*proposal.sentences, *measured.notes)
-        recording = replace(recording, notes=notes, places=_places(proposal.inputs))
+        units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
+        recording = replace(recording, notes=notes, places=_places(proposal.inputs), units=units)
         recording = put_back(recording, self.axis)
         refuse_fraction(path, proposal.inputs, measured, words_of(self.axis))
         if not self.learns:

@@ -27,6 +27,7 @@ class Recording:
         displaced: of another axis than yaw the vehicle's own yaw rate, torque and heading, under their names.
         places: "yaw_rate" and "torque" → where they stand in the log, as a person types it behind `--column NAME=`;
             without those that no column holds, and empty where the log has our own names.
+        units: SI units of the channels that came with a unit.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Recording:
     axis: Axis = YAW
     displaced: Mapping[str, Array] = field(default_factory=dict)
     places: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from incsvr.tracing import trace, trace_if_found
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Run
+from incsvr.tracing.sentences import headline
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read
 from simulator.trial import Trial, play
@@ -161,7 +162,7 @@ def test_channels_that_say_nothing_are_named() -> None:
 
 
 @pytest.mark.slow
-def test_what_no_effect_explains_is_added_as_such() -> None:
+def test_what_no_effect_explains_is_named_and_gains_nothing() -> None:
     """A moment that is even in a channel: nobody's catalogue has it, and it must not be called an effect."""
     random = np.random.default_rng(8)
     time = np.asarray(np.arange(0.0, 300.0, 0.05), dtype=np.float64)
@@ -176,7 +177,9 @@ def test_what_no_effect_explains_is_added_as_such() -> None:
     found = trace([replace(run, channels={"arm": arm})], inertia=350.0)
     assert "arm" in [item.channel for item in found.unexplained]
     assert found.verdict == "unexplained"
-    assert found.error["after"]["free_run_rmse"] < 0.5 * found.error["before"]["free_run_rmse"]
+    assert found.effects == ()
+    assert found.error["after"] == found.error["before"]
+    assert headline(found) == "no known effect explains how the residual follows arm"
 
 
 def rov(measured: Path, *numbers: int) -> list[Run]:

@@ -16,7 +16,7 @@ from incsvr.plant.axes import AXES
 from incsvr.tracing import Trace, trace
 from incsvr.tracing.findings import UnexplainedChannel
 from incsvr.tracing.run import Run
-from incsvr.tracing.sentences import headline
+from incsvr.tracing.sentences import headline, limits
 from service.commands.trace import text
 from simulator.trial import Trial, play
 from viewer.report import write
@@ -94,7 +94,7 @@ def test_the_report_is_one_file_that_says_what_was_found(found: Trace, report: s
     words = re.sub(r"\s+", " ", " ".join(page.words))
     assert page.loads == []
     assert [finding.effect for finding in found.effects] == ["bias_torque"]
-    assert "The model lacks bias torque" in words
+    assert "Adding bias torque lowers the free run's error" in words
     for finding in found.effects:
         assert finding.sentence in words
     for rejected in found.rejected:
@@ -108,7 +108,7 @@ def test_the_report_is_one_file_that_says_what_was_found(found: Trace, report: s
     assert report.count("<svg") == drawn
     for name in shown:
         assert hint(name) in words
-    assert headline(found).partition(";")[0].replace("_", " ")[1:] in words
+    assert headline(found).replace("_", " ")[1:] in words
 
 
 @pytest.mark.slow
@@ -127,12 +127,11 @@ def test_what_limits_a_verdict_is_in_the_headline_of_terminal_and_page(found: Tr
     )
     much = changed(disturbance={**found.error["disturbance"], "share_of_torque": 0.87})
     cases = {
-        "the model lacks bias_torque: on unseen data the free run's error falls from": found,
-        "bias_torque would fit these recordings better, but unseen data speak against it: the free run's error grows":
-            replace(found, proven=False, error=grown),
-        "the model may lack bias_torque, but unseen data do not prove it":
+        "adding bias_torque lowers the free run's error on unseen data from": found,
+        "adding bias_torque raises the free run's error": replace(found, proven=False, error=grown),
+        "the free run's error on unseen data does not prove bias_torque:":
             replace(found, proven=False, error=changed(change={**found.error["change"], "free_run_rmse": chance})),
-        "the model does not explain the motion: the residual is 87 % of the torque":
+        "the model leaves 87 % of the torque unexplained by any known effect":
             replace(found, verdict="none", effects=(), proven=False, error=much),
         "the model lacks nothing that these recordings show": replace(found, verdict="none", effects=(), proven=False),
         "the residual is 87 % of the torque": replace(found, error=much),
@@ -143,15 +142,16 @@ def test_what_limits_a_verdict_is_in_the_headline_of_terminal_and_page(found: Tr
         "the inertia is doubted": replace(found, doubts=("the inertia is doubted",)),
     }  # fmt: skip
     for said, case in cases.items():
-        assert said in headline(case)
-        assert text(case).startswith(f"declared inertia {case.inertia:g} kg m²: {headline(case)}\n")
+        assert said in "\n".join([headline(case), *limits(case)])
+        cautions = "".join(f"  caution: {limit}\n" for limit in limits(case))
+        assert text(case).startswith(f"declared inertia {case.inertia:g} kg m²: {headline(case)}\n{cautions}")
     every = replace(found, error={**grown, **much, "change": grown["change"]}, proven=False, one_clock=False)
     write(every, tmp_path / "report.html")
     page = Text()
     page.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
     words = " ".join(" ".join(page.words).split()).lower()
-    assert headline(every).count("; ") == 2
-    for clause in headline(every).split("; "):
+    assert len(limits(every)) == 2
+    for clause in (headline(every), *limits(every)):
         assert clause.replace("_", " ").lower() in words
 
 

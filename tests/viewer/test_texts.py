@@ -97,7 +97,7 @@ def test_the_ledger_tells_each_effect_and_each_step() -> None:
     assert "## Torque lag" in text
     assert "The torque arrives 0.71 s late." in text
     assert "- Time constant 0.71 s (0.66 to 0.76)" in text
-    assert "- 88 % of the improvement, p = 1e-06" in text
+    assert "- 88 % of the better fit, p = 1e-06" in text
     assert "- **812.4 s** Torque lag: promoted" in text
     assert "p < 1e-300" in ledger_text(EffectsLedger(effects=({**LAG, "p_value": 0.0},)))
     assert "None:" in ledger_text(EffectsLedger())

@@ -16,6 +16,7 @@ from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from service.bus.session import answer, open_session
+from service.inputs.quantities import si_unit
 from service.wire import (
     EffectsLedger,
     FormType,
@@ -132,7 +133,7 @@ class Learner:
                 "found": [f"{found.get('state')}, not in force: {names.finding(found)}" for found in ledger.found],
                 "history": [names.step(entry).replace("**", "") for entry in ledger.history[-10:]],
             }
-        units = {name: names.channel_unit(name) for name in health.streams}
+        units = {name: si_unit(name) for name in health.streams}
         present = {"away": None, "away_s": None, "units": units, "health": health.model_dump(mode="json")}
         return head | self._parts | present
 

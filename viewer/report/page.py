@@ -12,7 +12,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing import Trace
 from incsvr.tracing.findings import Finding
-from incsvr.tracing.sentences import chance, headline_clauses, left_of_torque
+from incsvr.tracing.sentences import chance, headline, left_of_torque, limits, proof
 from viewer.report.charts import damping_curves, free_runs, hint, residual_against, told_apart, torque_split
 from viewer.report.derivatives import Derivative, derivatives
 from viewer.report.figures import between, capital, number, rendered
@@ -50,9 +50,9 @@ def page(trace: Trace, axis: Axis = YAW, provenance: Mapping[str, str] | None = 
         provenance,
         title="Trace",
         kicker=f"{words.title} motion model, {declared}{'' if trace.inertia_in_force == trace.inertia else in_force}",
-        headline=[capital(clause.replace("_", " ")) for clause in headline_clauses(trace)],
+        headline=[capital(clause.replace("_", " ")) for clause in (headline(trace), *limits(trace))],
         trace=trace,
-        summary=_summary(error, words),
+        summary=_summary(trace, words),
         findings=[_finding(finding, words) for finding in trace.effects],
         errors=_error_rows(error, words),
         trivial={name: number(errors["free_run_rmse"]) for name, errors in error["trivial"].items()},
@@ -98,24 +98,17 @@ def _validated_on(trace: Trace) -> str:
     return "held-out pieces of the recordings, each predicted by a fit without it"
 
 
-def _summary(error: Mapping[str, Any], words: AxisWords) -> str:
+def _summary(trace: Trace, words: AxisWords) -> str:
+    error, unit = trace.error, words.rate_unit
     before, after = error["before"]["free_run_rmse"], error["after"]["free_run_rmse"]
+    declared = f"On unseen data the free-run error of the {words.rate} is {number(before)} {unit}"
+    if not trace.effects:
+        return f"{declared}. Nothing was added."
     change = error["change"]["free_run_rmse"]
-    errors = (
-        f"On unseen data the free-run error of the {words.rate} is {number(before)} {words.rate_unit} with the "
-        f"declared model and {number(after)} {words.rate_unit} with what was added"
-    )
-    if after == before:
-        error_now = f"the free-run error of the {words.rate} is {number(before)} {words.rate_unit}"
-        return f"On unseen data {error_now}. Nothing was added."
-    doubt = ""
-    if change["low"] > 0.0:
-        doubt = " The error grew beyond chance."
-    elif not change["high"] < 0.0:
-        doubt = " This interval includes zero: the gain is not proven."
     return (
-        f"{errors}: {number(100.0 * (after / before - 1.0), '+')} % "
-        f"(95 % interval of the change {number(change['low'])} to {number(change['high'])} {words.rate_unit}).{doubt}"
+        f"{declared} with the declared model and {number(after)} {unit} with what was added: "
+        f"{number(100.0 * (after / before - 1.0), '+')} % (95 % interval of the change {number(change['low'])} to "
+        f"{number(change['high'])} {unit}). {capital(proof(trace))}."
     )
 
 

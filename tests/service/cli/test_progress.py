@@ -1,9 +1,10 @@
-"""Who sees a progress bar while a log is read: people at a terminal, and nobody else."""
+"""Who sees progress: people at a terminal a bar, who read a file lines, and programs nothing."""
 
 from __future__ import annotations
 
 import os
 import pty
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,10 +14,11 @@ import pytest
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from simulator import leng
+from simulator.dive_log import write_dive
 
 #: Without patience a bar is there at once, so that no log must be large enough for it.
 IMPATIENT = (
-    "import sys, service.cli.progress as p; p.BAR_AFTER_S = 0.0; "
+    "import sys, service.cli.progress as p; p.BAR_AFTER_S, p.LINE_PERIOD_S = 0.0, 0.1; "
     "from service.cli.command_line import main; sys.exit(main())"
 )
 
@@ -54,6 +56,12 @@ def test_people_see_that_a_log_is_read_and_programs_see_nothing(log: Path) -> No
 
 
 @pytest.mark.slow
-def test_where_standard_error_is_no_terminal_nothing_is_seen(log: Path) -> None:
-    command = [sys.executable, "-c", IMPATIENT, "inspect", str(log)]
-    assert subprocess.run(command, capture_output=True, check=True).stderr == b""
+def test_identify_names_its_step_on_a_terminal_and_in_a_file(tmp_path: Path) -> None:
+    dive = tmp_path / "dive.csv"
+    write_dive(dive, "torpedo", 1)
+    assert "identifying: fitting all axes together" in seen("identify", str(dive))
+    command = [sys.executable, "-c", IMPATIENT, "identify", str(dive)]
+    lines = subprocess.run(command, capture_output=True, check=True, text=True).stderr.splitlines()
+    assert any(re.fullmatch(r"incsvr: identifying, 1 of \d+: fitting all axes together, \d+ s", line) for line in lines)
+    silent = subprocess.run([*command, "--json", "-"], capture_output=True, check=True, text=True).stderr
+    assert "identifying" not in silent

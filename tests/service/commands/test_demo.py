@@ -7,10 +7,13 @@ import os
 import signal
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
 
+from service.commands.demo_underway import outcome, summary
+from service.wire import EffectsLedger
 from tests.service.commands.test_processes import command
 from tests.service.conftest import PATIENCE
 from tests.viewer.readback import every
@@ -57,6 +60,27 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
     assert said.index("Third act") < said.index("suspected: dead_zone") < said.index("Ground truth: ")
     assert max(map(len, done.stderr.replace(str(tmp_path), "out").splitlines())) <= 80
     assert not still_running(str(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("found", "verdict"),
+    [
+        ({"effect": "torque_saturation", "thrust_nm": [[100.0, 75.6, 71.2, 80.0]]}, "In part"),  # of another shape
+        ({"effect": "torque_saturation", "thrust_nm": [[100.0, 69.9, 69.0, 71.0]]}, "Correct"),
+        ({"effect": "dead_zone", "cannot_tell_from": ["torque_saturation"]}, "In part"),
+        ({"effect": "dead_zone"}, "A different effect was found"),
+    ],
+)
+def test_correct_is_what_gives_the_thrust(found: dict[str, Any], verdict: str) -> None:
+    """The parameters of two shapes of a limit say nothing of each other: 98.8 N m of one is 72.9 N m of the other."""
+    truth = {"effect": "torque_saturation", "since": 840.0, "parameters": {"limit_nm": 72.9}}
+    truth |= {"thrust_nm": [[90.0, 66.66], [110.0, 69.76]]}
+    step = {"t": 900.0, "step": "proven", "effect": found["effect"], "why": ""}
+    ledger = EffectsLedger(found=({**found, "state": "proven", "sentence": "it saturates"},), history=(step,))
+    said = " ".join(summary(outcome(ledger, 800.0, 1, truth)))
+    assert verdict in said
+    assert "72.9" not in said
+    assert ("thrust at 100 N m commanded: found" in said) == ("thrust_nm" in found)
 
 
 @pytest.mark.slow

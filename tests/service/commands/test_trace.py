@@ -49,7 +49,7 @@ def test_prints_one_json_object_and_the_text_beside_it(recording: Path, capsys: 
     # of means over blocks, the torque sensor's own noise is the floor, and the model reaches it
     assert 0.0 < found["error"]["floor"]["torque_rmse"] < 3.5
     assert found["error"]["after"]["torque_rmse"] < 1.1 * found["error"]["floor"]["torque_rmse"]
-    assert "the model lacks bias_torque" in printed.err
+    assert "adding bias_torque lowers" in printed.err
     assert "held-out pieces" in printed.err
 
 
@@ -76,7 +76,7 @@ def test_an_inertia_that_is_far_too_small_has_a_report_of_one_file(
     found = json.loads(kept.read_text(encoding="utf-8"))
     assert found["declared"]["inertia"] == 30.0
     assert found["inertia"] == pytest.approx(350.0, rel=0.15)
-    assert "disagree by a factor" in found["headline"]
+    assert "disagree by a factor" in found["limits"][0]
     page = report.read_text(encoding="utf-8")
     assert f"{found['inertia']:.3g} kg m² in use" in page
     assert "bias_torque" in page

@@ -99,7 +99,7 @@ def test_a_hidden_lag_is_found_proven_taken_up_kept_over_a_restart_and_withdrawn
     promoted = until(ledgers, "promoted")
     assert named(promoted.effects) == ["torque_lag"]
     assert [step["step"] for step in promoted.history] == ["suspected", "promoted"]
-    assert promoted.history[-1]["why"].startswith("predicts fresh data better")
+    assert promoted.history[-1]["why"].startswith("its one-step predictions of fresh data are better")
     snapshot = latest(first)
     assert named(snapshot.effects) == ["torque_lag"]
     published = [models.get(timeout=PATIENCE) for _ in range(snapshot.revision)]
