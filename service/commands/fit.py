@@ -18,7 +18,7 @@ from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit, refuse_replacing
 from service.commands import config_output, other_velocities
-from service.commands.arguments import add_recordings_arguments, add_report_argument
+from service.commands.arguments import POLICIES, POLICY_HELP, add_recordings_arguments, add_report_argument
 from service.commands.declaration import add_sign_argument, judge_declaration
 from service.commands.fit_result import Fit
 from service.commands.fit_text import text
@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="width of the filter of both streams [s] (default: scaled to them, or as configured)",
     )
-    parser.add_argument("--policy", choices=("paper", "weighted"), help="policy that selects the samples to keep")
+    parser.add_argument("--policy", choices=POLICIES, help=POLICY_HELP)
     parser.add_argument(
         "--write", type=Path, metavar="FILE", help="write a configuration for `serve` with this fit's scales"
     )
