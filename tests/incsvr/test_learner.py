@@ -223,7 +223,8 @@ def test_under_another_policy_what_was_learned_goes_on(policy: Policy, others: t
     before, _ = run(replace(after, policy=policy), samples.take(slice(0, 1000)))
     taken = under_policy(after, before)
     assert (taken.iterations, taken.model) == (before.iterations, before.model)
-    np.testing.assert_array_equal(*(np.sort(each.memory.served.damping) for each in (taken, before)))
+    ours, theirs = (np.sort(each.memory.served.damping) for each in (taken, before))
+    np.testing.assert_array_equal(ours, theirs)
     state, iteration = step(after, taken, samples.take(slice(1000, None)))
     assert (state.policy, iteration.number) == (after.policy, 21)
     if not others:  # fifty samples alone leave three times as much

@@ -119,8 +119,9 @@ def test_a_state_of_the_other_policy_goes_on(
     assert payload is not None
     assert wire.decode(wire.ModelSnapshot, payload).support == before.support
     models = second.follow(second.keys.model, wire.ModelSnapshot)
-    assert second.host.node.remarks[0] in second.health().reasons
-    assert second.host.node.remarks[0].startswith("revision 2 was learned with policy paper; its 60 vectors are")
+    (remark,) = second.host.node.remarks
+    assert remark.startswith("revision 2 was learned with policy paper; its 60 vectors are")
+    assert remark in second.health().reasons
     assert not [each for each in caplog.records if each.levelno >= logging.WARNING]
     late = run.time >= 70.0
     second.play(Recording(run.name, run.time[late], {name: values[late] for name, values in run.columns.items()}))
