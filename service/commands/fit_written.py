@@ -135,14 +135,14 @@ def _change(path: Path, config: Config, head: str, args: argparse.Namespace) -> 
     place, before = learner_in(path, config.vehicle.axis)
     values = {(*place, *name): value for name, value in _differences(before, config, args).items()}
     text = re.sub(f"^{HEAD}.*$", lambda _: head, path.read_text(encoding="utf-8"), count=1, flags=re.MULTILINE)
-    fresh = path.with_name(path.name + ".new")
+    text, tried = with_values(text, values, str(path)), path.with_name(path.name + ".new")
     with writing(path, "--write"):
-        fresh.write_text(with_values(text, values, str(path)), encoding="utf-8")
         try:
-            read_config(fresh)
-            fresh.replace(path)
+            tried.write_text(text, encoding="utf-8")
+            read_config(tried)
         finally:
-            fresh.unlink(missing_ok=True)
+            tried.unlink(missing_ok=True)
+        path.write_text(text, encoding="utf-8")
     return f"changed in {path}: {', '.join('.'.join(name) for name in values) or 'nothing'}"
 
 

@@ -14,6 +14,8 @@ import pytest
 
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
+from service.commands import config_output
+from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read as read_recording
@@ -171,6 +173,15 @@ def test_what_cannot_be_left_is_said_before_the_work(
         path.write_text(text, encoding="utf-8")
     assert main(["fit", "no_such_run.csv", "--inertia", "1", "--write", str(path), *words]) == 2
     assert cure in capsys.readouterr().err
+
+
+def test_what_is_left_out_is_as_the_preset_has_it(tmp_path: Path) -> None:
+    """A value that is Config's own is no default where a preset has another."""
+    config = read_config(None, {"inputs": {"preset": "blueos"}})
+    signals = config.signals.model_copy(update={"sample_period": Config().signals.sample_period})
+    config = config.model_copy(update={"signals": signals})
+    config_output.write(tmp_path / "rov.yaml", config, "")
+    assert read_config(tmp_path / "rov.yaml") == config
 
 
 @pytest.mark.parametrize("flag", ["--name=x", "--state=x", "--force"])
