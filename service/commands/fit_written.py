@@ -23,6 +23,7 @@ from service.config.yaml_edit import Place, with_values
 from service.learner.node import LearnerNode
 from service.learner.published import report
 from service.recordings.recording import Recording
+from service.state.disk_refusals import unwritable
 from service.state.store import Store
 from service.wire import encode
 
@@ -81,6 +82,9 @@ def check(args: argparse.Namespace, config: Config, axis: str) -> None:
         raise BadInput(
             f"the state {place} is there already; --force sets it aside, --name and --state name another one"
         )
+    why_not = None if place is None else unwritable(place, "name another directory with --state")
+    if why_not is not None:
+        raise BadInput(f"no state can be left: {why_not}")
 
 
 def leave(args: argparse.Namespace, config: Config, recording: Recording, fit: Fit, configured: bool) -> str:
@@ -94,16 +98,22 @@ def leave(args: argparse.Namespace, config: Config, recording: Recording, fit: F
     path, axis = args.write, recording.axis.name
     config = _fitted(args, config, recording, fit, configured)
     head = f"{HEAD}{fit.name}, {fit.samples} samples."
-    if path.exists():
-        said = _change(path, config, head, args)
-    else:
-        config_output.write(path, config, f"{head}\n")
-        said = f"written to {path}"
-    written = learner_in(path, axis)[1]
+    tried, said = path.with_name(f"{path.name}.new"), f"written to {path}"
+    try:
+        with writing(path, "--write"):
+            if path.exists():
+                said = _change(path, tried, config, head, args)
+            else:
+                config_output.write(tried, config, f"{head}\n")
+        written = learner_in(tried, axis)[1]  # as `serve` will read it
+        state = None if written.state is None else _leave_state(written.state, written, fit)
+        with writing(path, "--write"):
+            path.write_text(tried.read_text(encoding="utf-8"), encoding="utf-8")
+    finally:
+        tried.unlink(missing_ok=True)
     serve = f"`incsvr serve --config {path}`"
-    if written.state is None:
+    if state is None:
         return f"{said}; it says state: null, so {serve} starts with an empty model (--state DIR keeps this one)"
-    state = _leave_state(written.state, written, fit)
     return f"{said}; the state is {state}; {serve} continues with it"
 
 
@@ -130,19 +140,12 @@ def _fitted(args: argparse.Namespace, config: Config, recording: Recording, fit:
     return config.model_copy(update=told | {"vehicle": config.vehicle.model_copy(update=vehicle)})
 
 
-def _change(path: Path, config: Config, head: str, args: argparse.Namespace) -> str:
-    """Puts what was fitted into a file that is there, and says which values that were."""
+def _change(path: Path, to: Path, config: Config, head: str, args: argparse.Namespace) -> str:
+    """Writes a file that is there to another one with what was fitted, and says which values that were."""
     place, before = learner_in(path, config.vehicle.axis)
     values = {(*place, *name): value for name, value in _differences(before, config, args).items()}
     text = re.sub(f"^{HEAD}.*$", lambda _: head, path.read_text(encoding="utf-8"), count=1, flags=re.MULTILINE)
-    text, tried = with_values(text, values, str(path)), path.with_name(path.name + ".new")
-    with writing(path, "--write"):
-        try:
-            tried.write_text(text, encoding="utf-8")
-            read_config(tried)
-        finally:
-            tried.unlink(missing_ok=True)
-        path.write_text(text, encoding="utf-8")
+    to.write_text(with_values(text, values, str(path)), encoding="utf-8")
     return f"changed in {path}: {', '.join('.'.join(name) for name in values) or 'nothing'}"
 
 
