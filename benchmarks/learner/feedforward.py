@@ -114,7 +114,7 @@ def _ahead(run: Recording, vehicle: Vehicle, compensation: Compensation | None, 
     inertia = vehicle.scale.inertia
     signals = signals_for([run], inertia, RATE_LIMIT)
     samples, _ = samples_of(run, signals, compensation)
-    *_, last = learn(samples, learner_for(samples))
+    *_, last = learn(samples, learner_for(samples, policy="paper"))
     beats: Array = BEAT_S * np.arange(wish.size, dtype=np.float64)
     plan = PlannedMotion.of(beats, wish, None, {})
     said = last.model.predict(plan.rate)

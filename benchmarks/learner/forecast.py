@@ -74,7 +74,7 @@ def examine(work: tuple[Case, float]) -> list[Record]:
     signals = signals_for([recording], inertia, RATE_LIMIT)
     try:
         samples, _ = samples_of(recording, signals, None)
-        settings = learner_for(samples)
+        settings = learner_for(samples, policy="paper")
     except BadInput as refusal:
         return [{"case": case.name, "refused": str(refusal)}]
     streams = recording.streams()

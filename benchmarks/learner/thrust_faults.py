@@ -123,7 +123,7 @@ def watched(recording: Recording, inertia: float) -> list[ThrustChange]:
     """What a learner of this recording finds of the thrust."""
     signals = signals_for([recording], inertia, RATE_LIMIT)
     samples, _ = samples_of(recording, signals, None)
-    config = scaled_config(read(None, {"state": None}), recording, signals, learner_for(samples))
+    config = scaled_config(read(None, {"state": None}), recording, signals, learner_for(samples, policy="paper"))
     node = LearnerNode(config, boot="")
     streams = {name: recording.streams()[name] for name in ("yaw_rate", "torque")}
     found: list[ThrustChange] = []

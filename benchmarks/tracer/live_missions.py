@@ -64,7 +64,7 @@ def _scaled(earlier: Mission) -> Config:
     signals = signals_for([played.recording], played.inertia, RATE_LIMIT)
     samples, _ = samples_of(played.recording, signals, None)
     base = read(None, {"state": None, "tracing": {"live": "adopt", "window": 600.0, "proof": 60.0}})
-    return scaled_config(base, played.recording, signals, learner_for(samples))
+    return scaled_config(base, played.recording, signals, learner_for(samples, policy="paper"))
 
 
 def examine(case: tuple[str, int]) -> Record:

@@ -41,7 +41,7 @@ def examine(outcome: Outcome) -> list[Record]:
 def _fit(outcome: Outcome, policy: str) -> Record:
     signals = signals_for([outcome.recording], outcome.inertia, RATE_LIMIT)
     try:
-        fit = Fit.of([outcome.recording], [], signals, None, policy)
+        fit = Fit.of([outcome.recording], [], signals, None, {"policy": policy})
     except BadInput as refusal:
         return {"refused": str(refusal)}
     except Exception as error:  # a crash is a result too, and the other missions go on

@@ -91,19 +91,21 @@ class ResolutionFault:
 
     def cure(self, settings: SignalSettings) -> str:
         """The setting that helps, in the configuration's words."""
-        width = None if self.late else self.narrower(settings)
-        if self.late:
-            cure = f"send the torque every {self.torque_period * MIN_ERROR_SHARE / self.share:.1g} s"
-        elif width is not None:
-            cure = f"set signals.smoothing to {width:g}"
-        else:
-            slowest = self._slowest(settings)
-            name = "yaw rate" if slowest <= self.yaw_rate_period else "torque"
-            wanted = self.smoothing * (AIMED_ERROR_SHARE / self.share) ** 0.5
-            cure = f"send the {name} every {wanted / MIN_WIDTH_PERIODS:.1g} s and smooth over {wanted:.1g} s"
+        faster = self.faster(settings)
+        cure = f"send {faster}" if faster else f"set signals.smoothing to {self.narrower(settings):g}"
         if settings.torque != COMMANDED:
             cure += ", or, where the torque is a command that holds until the next, set signals.torque to commanded"
         return f"{cure}; `incsvr fit` on a log of it tries what can be set, and says what it gains"
+
+    def faster(self, settings: SignalSettings) -> str | None:
+        """The stream that is too slow and the period that it needs; None where a narrower filter will do."""
+        if self.late:
+            return f"the torque every {self.torque_period * MIN_ERROR_SHARE / self.share:.1g} s"
+        if self.narrower(settings) is not None:
+            return None
+        name = "yaw rate" if self._slowest(settings) <= self.yaw_rate_period else "torque"
+        wanted = self.smoothing * (AIMED_ERROR_SHARE / self.share) ** 0.5
+        return f"the {name} every {wanted / MIN_WIDTH_PERIODS:.1g} s and smooth over {wanted:.1g} s"
 
     def _slowest(self, settings: SignalSettings) -> float:
         """Between two messages of the stream that the filter must span [s]."""

@@ -138,6 +138,14 @@ def start(settings: Settings) -> State:
     return State(0, model, settings.policy, memory, Recent.empty(), Waiting.empty(), Water(), Disagreement())
 
 
+def under_policy(settings: Settings, state: State) -> State:
+    """The state under the policy of the settings: another policy's vectors become samples of its memory."""
+    if state.policy == settings.policy:
+        return state
+    memory = _POLICIES[settings.policy].continued(settings, state.memory)
+    return replace(state, policy=settings.policy, memory=memory)
+
+
 def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Iteration]:
     """One iteration with a batch of n ≥ 1 finite samples, of any length (the paper's is 50).
 

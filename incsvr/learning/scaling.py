@@ -8,7 +8,7 @@ PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
 """The range for which the paper's settings were tuned [rad/s], [N m]."""
 
 
-def scaled_to(fastest: float, damping: float, **chosen: object) -> Settings:
+def scaled_to(fastest: float, damping: float, /, **chosen: object) -> Settings:
     """The paper's settings, where lengths in velocity and in damping are scaled to what the vehicle reaches.
 
     Args:

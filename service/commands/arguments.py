@@ -9,6 +9,9 @@ from service.cli.output import add_json_argument, report_destination
 from service.config.sources import add_client_arguments
 from service.logs.dives import DIVE_RULE
 
+POLICIES = ("paper", "weighted")
+POLICY_HELP = "policy that selects the samples to keep (default: weighted, or as configured)"
+
 
 def add_question_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0) -> None:
     """Adds the arguments of a command that asks a learner, after those that say what."""

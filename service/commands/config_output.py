@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from incsvr.learning.learner import Settings
 from incsvr.signals import TORQUE, SignalSettings
-from incsvr.signals.settings import COMMANDED
 from service.cli.output import writing
 from service.config.config_writer import commented_yaml
 from service.config.configuration import Config
@@ -22,6 +20,7 @@ LIMIT_MARGIN = 2.0
 """A torque or a yaw rate beyond so many times the recordings' largest is written down as no measurement."""
 MARK = "# What is left out is as `incsvr config show` prints it"
 """The words by which a file that was written here is recognised."""
+AnySettings = TypeVar("AnySettings", SignalSettings, Settings)
 MAX_RATE_LIMIT = 50.0
 """The largest rate limit that the configuration takes [rad/s]."""
 
@@ -30,25 +29,21 @@ def scaled_config(base: Config, recording: Recording, signals: SignalSettings, l
     """`base` with the vehicle, the signals and the learner that suit a recording, to three digits."""
     low, high = (_three(end) for end in learner.rate_range)
     torque = float(np.nanmax(np.abs(recording.columns[TORQUE])))
-    named = base.vehicle.name != Config().vehicle.name
     vehicle = base.vehicle.model_dump() | {
-        "name": base.vehicle.name if named else _name(recording),
-        "inertia": float(f"{signals.inertia:.5g}"),
+        "inertia": signals.inertia,
         "rate_range": (low, high),
         "rate_limit": min(float(f"{LIMIT_MARGIN * high:.2g}"), MAX_RATE_LIMIT),
         "torque_limit": float(f"{LIMIT_MARGIN * torque:.2g}"),
     }
     if base.vehicle.mass_matrix is not None:
         del vehicle["inertia"]  # it follows from the matrix
-    # Lateness and gap suit a file; on the bus the defaults do. A torque that is a command here is one there.
-    chosen = {"torque": COMMANDED} if signals.torque == COMMANDED else {}
+    # Lateness and gap suit a file; on the bus the defaults do. What the torque is here it is there.
     return Config.model_validate(
         base.model_dump()
         | {
             "vehicle": vehicle,
             "signals": base.signals.model_dump()
-            | _fields(signals, ("sample_period", "smoothing", "channels"))
-            | chosen,
+            | _fields(signals, ("sample_period", "smoothing", "channels", "torque")),
             "learner": base.learner.model_dump()
             | _fields(learner, type(base.learner).model_fields.keys() - {"fastest", "near"}),
         }
@@ -66,8 +61,10 @@ def write(path: Path, config: Config, head: str) -> None:
         path.write_text(commented_yaml(config, head + rest, brief=True), encoding="utf-8")
 
 
-def _name(recording: Recording) -> str:
-    return re.sub(r"[^A-Za-z0-9_-]+", "-", recording.name.partition(" + ")[0].rpartition(".")[0] or recording.name)[:64]
+def three_digits(settings: AnySettings) -> AnySettings:
+    """Settings that were scaled to recordings, as `scaled_config` writes them."""
+    names = ("sample_period", "smoothing", "gamma", "C", "epsilon", "near_rate", "near_damping", "rate_range")
+    return replace(settings, **_fields(settings, names))
 
 
 def _fields(settings: SignalSettings | Settings, names: Iterable[str]) -> dict[str, Any]:
@@ -76,4 +73,6 @@ def _fields(settings: SignalSettings | Settings, names: Iterable[str]) -> dict[s
 
 
 def _three(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_three(each) for each in value)
     return float(f"{value:.3g}") if isinstance(value, float) else value

@@ -202,7 +202,13 @@ def _course(out: Path, acts: _Acts, speed: float, hides: Sequence[str], people: 
     with ExitStack() as stack:
         # A state of its own, gone afterwards: the demo begins with nothing learned and touches no other's.
         state = stack.enter_context(TemporaryDirectory())
-        settings = [f"state={state}", f"bus.listen={endpoint}", *validation, *demo_underway.SETTINGS]
+        settings = [
+            f"state={state}",
+            f"bus.listen={endpoint}",
+            "learner.policy=paper",
+            *validation,
+            *demo_underway.SETTINGS,
+        ]
         learner = stack.enter_context(
             process_of(out, "serve", *(word for each in settings for word in ("--set", each)))
         )

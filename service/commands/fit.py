@@ -16,10 +16,11 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
-from service.cli.output import add_json_argument, emit, refuse_replacing
-from service.commands import config_output, other_velocities
-from service.commands.arguments import add_recordings_arguments, add_report_argument
+from service.cli.output import add_json_argument, emit
+from service.commands import config_output, fit_written, other_velocities
+from service.commands.arguments import POLICIES, POLICY_HELP, add_recordings_arguments, add_report_argument
 from service.commands.declaration import add_sign_argument, judge_declaration
+from service.commands.fit_alternatives import SMOOTHING, TORQUE_KIND
 from service.commands.fit_result import Fit
 from service.commands.fit_text import text
 from service.commands.report_head import REPORT_WRITER, provenance
@@ -67,10 +68,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="width of the filter of both streams [s] (default: scaled to them, or as configured)",
     )
-    parser.add_argument("--policy", choices=("paper", "weighted"), help="policy that selects the samples to keep")
-    parser.add_argument(
-        "--write", type=Path, metavar="FILE", help="write a configuration for `serve` with this fit's scales"
-    )
+    parser.add_argument("--policy", choices=POLICIES, help=POLICY_HELP)
+    fit_written.add_arguments(parser)
     add_report_argument(parser)
     add_sign_argument(parser)
     add_log_arguments(parser)
@@ -100,15 +99,18 @@ def run(args: argparse.Namespace) -> int:
 
 def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     """The axis, what was learned, and the same for programs and for people in the axis's words."""
-    if args.write is not None:
-        refuse_replacing(args.write, config_output.MARK, "--write")
     config = read_config(args.config).of_axis(args.axis)
+    goes_on = config
+    if args.write is not None and args.write.is_file():
+        _, goes_on = fit_written.learner_in(args.write, args.axis)
+        config = config if args.config else goes_on.model_copy(update={"inputs": config.inputs})
     if args.inputs is not None:
         over = {"learner": {"inputs": args.inputs.split(",")}}
         over |= {} if args.axis is None else {"vehicle": {"axis": args.axis}}
         config = validate(merge(config.model_dump(exclude_unset=True), over), {})
     reading = Reading.of(args, config)
     axis = reading.axis
+    fit_written.check(args, goes_on, axis.name)
     fit, result, words = _fitted(args, config, reading)
     return axis, fit, result, words
 
@@ -117,9 +119,10 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     """The result of a fit, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
     refuse_twice([*runs, *unseen])
-    of_file = config if args.config else None
+    of_file = config if args.config or (args.write is not None and args.write.is_file()) else None
     coupled = other_velocities.coupled_axis(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
+    inertia = inertia if estimate is None else float(f"{inertia:.5g}")  # as it is written down
     declaration = None
     if coupled is None and args.effects is None:
         declaration = judge_declaration(runs, unseen, inertia, args.torque, args.assume_sign)
@@ -128,14 +131,14 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     if args.smoothing is not None:
         signals = with_smoothing(signals, args.smoothing)
     fit = Fit.of(
-        runs, unseen, signals, learner, args.policy, effects, coupled, config.further_inputs, declaration,
-        args.assume_sign,
+        runs, unseen, signals, learner, _chosen(args, config), effects, coupled, config.further_inputs, declaration,
+        args.assume_sign, _by_person(args, config),
     )  # fmt: skip
     words = text(fit, estimate)
     if args.write is not None:
         of_body = config if coupled is None else _declared(config, inertia, coupled)
-        _write(args, of_body.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
-        words += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` continues with it"
+        of_body = of_body.model_copy(update={"inputs": reading.description.inputs})
+        words += f"\n\n{fit_written.leave(args, of_body, sequence(runs), fit, _as_configured(args))}"
     result = fit.to_dict() | declared_inertia.estimate_in_result(
         estimate, fit.closed_loop, fit.remarks, words_of(fit.axis)
     )
@@ -144,22 +147,19 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     return fit, result, words
 
 
-def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: Fit) -> None:
-    """Writes the settings of a fit as a configuration: configured ones as they are, others scaled to the recordings."""
-    update = {"effects": args.effects} if args.effects else {}
-    if recording.axis.name != config.vehicle.axis:
-        vehicle = config.vehicle.model_copy(update={"axis": recording.axis.name})
-        config = config.model_copy(update={"vehicle": vehicle})
-    if _as_configured(args):
-        vehicle = config.vehicle.model_copy(update={"inertia": fit.signals.inertia})
-        signals = config.signals.model_copy(update={"torque": fit.signals.torque, "smoothing": fit.signals.smoothing})
-        learner = config.learner.model_copy(update={"policy": fit.learner.policy})
-        config = config.model_copy(update={"vehicle": vehicle, "signals": signals, "learner": learner})
-    else:
-        config = config_output.scaled_config(config, recording, fit.signals, fit.learner)
-    config_output.write(
-        args.write, config.model_copy(update=update), f"# By `incsvr fit` on {fit.name}, {fit.samples} samples.\n"
-    )
+def _chosen(args: argparse.Namespace, config: Config) -> dict[str, Any]:
+    """The settings of the learner that no recording decides: as configured, and the policy of the flag."""
+    settings = config.learner_settings()
+    names = () if _as_configured(args) else ("policy", "solver", "capacity", "batch", "bins", "fastest", "near")
+    policy = {} if args.policy is None else {"policy": args.policy}
+    return {name: getattr(settings, name) for name in names} | policy
+
+
+def _by_person(args: argparse.Namespace, config: Config) -> frozenset[str]:
+    """The signal settings that a flag or the configuration sets."""
+    flags = {name for name in (SMOOTHING, TORQUE_KIND) if getattr(args, name) is not None}
+    configured = config.signals.model_fields_set if _as_configured(args) else frozenset()
+    return frozenset(flags | {name for name in configured if getattr(config.signals, name) is not None})
 
 
 def _settings(
@@ -180,11 +180,12 @@ def _settings(
         if args.torque is not None:
             configured_signals = replace(configured_signals, torque=args.torque)
         return _waiting(configured_signals, streams), wanted.learner_settings(), configured_effects(wanted)
-    signals = signals_for(runs, inertia, runs[0].axis.fastest, args.torque)
-    if args.effects is None:
+    signals = config_output.three_digits(signals_for(runs, inertia, runs[0].axis.fastest, args.torque))
+    path = args.effects or config.effects
+    if path is None:
         return _waiting(signals, streams), None, None
     common = tuple(name for name in runs[0].channels if all(name in run.channels for run in (*runs, *unseen)))
-    effects = read_effects(args.effects, inertia, common, coupled)
+    effects = read_effects(path, inertia, common, coupled)
     return _waiting(replace(signals, channels=effects.compensation.reads(common)), streams), None, effects
 
 

@@ -1,4 +1,5 @@
-"""Other signal settings for recordings whose motion is quicker than the samples show: tried before any is proposed."""
+"""Other signal settings for recordings whose motion is quicker than the samples show: tried, and in force where they
+are better and nobody set others."""
 
 from __future__ import annotations
 
@@ -8,116 +9,128 @@ from dataclasses import dataclass, replace
 from incsvr.checks.resolution import ResolutionFault, resolution_fault
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
+from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
-from incsvr.signals.settings import COMMANDED, TorqueKind
+from incsvr.signals.settings import COMMANDED
 from service.cli.progress import progress
+from service.commands.config_output import three_digits
 from service.commands.fit_attempt import Terms
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import signals_for, with_smoothing
 
 MIN_GAIN_SHARE = 0.03
-"""Part of the free run's error by which it must fall before other settings are proposed: less is chance."""
+"""Part of the free run's error by which it must fall before other settings are better: less is chance."""
+SMOOTHING, TORQUE_KIND = "smoothing", "torque"
+"""The signal settings of which alternatives are tried, by their names in the configuration."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Gain:
-    """The gain of other settings.
+class Alternative:
+    """Signal settings that were tried.
 
     Attributes:
-        flag: what sets them.
+        setting: the one that differs.
+        signals: all of them.
         error: of the free run with them [rad/s].
         share: by how much the curve may still be off, as a part of it.
     """
 
-    flag: str
+    setting: str
+    signals: SignalSettings
     error: float
     share: float
 
 
-def proposal(
+def alternative(
     quick: ResolutionFault,
     runs: Sequence[Recording],
     judged_on: Sequence[Recording],
     signals: SignalSettings,
     terms: Terms,
     model: Model,
-) -> str:
-    """The remark on settings for motion that is faster than the samples show: their gain, or that none gains.
+    by_person: frozenset[str],
+    in_force: frozenset[str],
+) -> tuple[str | None, Alternative | None]:
+    """The remark on motion that is faster than the samples show, if it leaves anything to do, and what to go on with.
 
     Args:
         runs: what was learned from.
-        judged_on: the unseen recordings, or those learned from where there are none.
+        judged_on: what decides: the unseen recordings, or those learned from where there are none.
         signals, model: what is in force.
+        by_person: settings that a person set: for a better one there is a remark, and it stays.
+        in_force: settings that are alternatives already.
     """
     before = terms.free_run(judged_on, signals, model)
-    tried, gains = [], list[_Gain]()
-    flags = _flags(quick, signals)
-    with progress("trying other signal settings", len(flags)) as advance:
-        for flag, smoothing, torque in flags:
-            tried.append(flag)
-            found = _tried(flag, runs, judged_on, signals, terms, smoothing, torque)
-            if found is not None and found.share < quick.share:
-                gains.append(found)
+    others = [other for other in _others(quick, runs, signals, terms) if other[0] not in in_force]
+    better = list[Alternative]()
+    with progress("trying other signal settings", len(others)) as advance:
+        for setting, other in others:
+            found = _tried(setting, runs, judged_on, signals, terms, other)
+            enough = found is not None and (before is None or found.error <= (1.0 - MIN_GAIN_SHARE) * before)
+            if found is not None and enough and found.share < quick.share:
+                better.append(found)
             advance()
+    axis, words = runs[0].axis, words_of(runs[0].axis)
+    if not better:
+        faster = None if in_force else quick.faster(signals)
+        return (None if faster is None else in_words_of(axis, f"{quick.sentence}; record {faster}")), None
+    best = min(better, key=lambda each: (each.setting in by_person, each.error))
+    was = "runs away" if before is None else f"is {before:.3g} {words.rate_unit}"
+    still = f"may still be {100.0 * best.share:.0f} % wrong" if best.share > 0.0 else "is then right within 10 %"
     name = sequence(judged_on).name
-    best = min(gains, key=lambda gain: gain.error, default=None)
-    if best is None or (before is not None and best.error > (1.0 - MIN_GAIN_SHARE) * before):
-        return f"tried without gain: {', '.join(tried)}" if tried else "the streams are too slow for a narrower filter"
-    was = "ran away" if before is None else f"was {before:.3g}"
-    still = f"may still be off by {100.0 * best.share:.0f} %" if best.share > 0.0 else "is then right within 10 %"
-    unit = words_of(runs[0].axis).rate_unit
-    return (
-        f"give {best.flag}: tried on {name}, the free run's error is {best.error:.3g} {unit} with it and {was} "
-        f"without, and the curve {still}"
+    gain = (
+        f"the free run's error on {name} {was} without and {best.error:.3g} {words.rate_unit} with it, and the curve "
+        f"{still}"
     )
+    flag, used = _named(best, signals, words.effort)
+    if best.setting in by_person:
+        return in_words_of(axis, f"{quick.sentence}; give {flag}: {gain}"), None
+    seen = "" if judged_on is runs else f"; {name} decided it, and is no longer quite unseen"
+    return in_words_of(axis, f"{used}: {gain}{seen}"), best
 
 
-def _flags(quick: ResolutionFault, signals: SignalSettings) -> list[tuple[str, float | None, TorqueKind | None]]:
-    """The flags that may mend it, with the filter's width [s] and the kind of torque that each sets."""
-    flags: list[tuple[str, float | None, TorqueKind | None]] = []
+def _named(best: Alternative, before: SignalSettings, effort: str) -> tuple[str, str]:
+    """The flag that sets an alternative, and the words for its use in place of what was before."""
+    if best.setting == SMOOTHING:
+        width = f"{best.signals.smoothing:g}"
+        return f"--smoothing {width}", f"smoothing over {width} s is used, because {before.smoothing:.2g} s is too slow"
+    return f"--torque {COMMANDED}", f"the {effort} is used as a command, constant until the next, not as a measurement"
+
+
+def _others(
+    quick: ResolutionFault, runs: Sequence[Recording], signals: SignalSettings, terms: Terms
+) -> list[tuple[str, SignalSettings]]:
+    """The settings that may mend it, each with the name of the one that differs."""
+    found = list[tuple[str, SignalSettings]]()
     width = None if quick.late else quick.narrower(signals)
     if width is not None:
-        flags.append((f"--smoothing {width:g}", width, signals.torque))
-    if signals.torque != COMMANDED:
-        flags.append((f"--torque {COMMANDED}", None, COMMANDED))
-    return flags
+        found.append((SMOOTHING, with_smoothing(signals, width)))
+    if signals.torque != COMMANDED and terms.learner is not None:
+        found.append((TORQUE_KIND, replace(signals, torque=COMMANDED)))
+    elif signals.torque != COMMANDED:
+        scaled = three_digits(signals_for(runs, signals.inertia, signals.rate_limit, COMMANDED))
+        found.append((TORQUE_KIND, replace(scaled, channels=signals.channels)))
+    return found
 
 
 def _tried(
-    flag: str,
+    setting: str,
     runs: Sequence[Recording],
     judged_on: Sequence[Recording],
     signals: SignalSettings,
     terms: Terms,
-    smoothing: float | None,
-    torque: TorqueKind | None,
-) -> _Gain | None:
+    other: SignalSettings,
+) -> Alternative | None:
     """The result of other settings; None if they give too few samples, or the model diverges."""
     joined = sequence(runs)
     try:
-        other = _with(signals, runs, terms, smoothing, torque)
         samples, _ = terms.samples(joined, other)
-        settings = terms.settings(joined, samples)
-        _, iterations = terms.learned(samples, other, settings)
+        _, iterations, _ = terms.learned(samples, other, terms.settings(joined, samples))
     except BadInput:
         return None
     if not iterations or not iterations[-1].model.is_trained:
         return None
     error = terms.free_run(judged_on, signals, iterations[-1].model)
     left = resolution_fault(samples, other.smoothing)
-    return None if error is None else _Gain(flag, error, 0.0 if left is None else left.share)
-
-
-def _with(
-    signals: SignalSettings, runs: Sequence[Recording], terms: Terms, smoothing: float | None, torque: TorqueKind | None
-) -> SignalSettings:
-    """The settings that `fit` would have with --smoothing or --torque beside the same configuration."""
-    if torque == signals.torque:
-        other = signals
-    elif terms.learner is not None:
-        other = replace(signals, torque=torque)
-    else:
-        scaled = signals_for(runs, signals.inertia, signals.rate_limit, torque)
-        other = replace(scaled, channels=signals.channels)
-    return other if smoothing is None else with_smoothing(other, smoothing)
+    return None if error is None else Alternative(setting, other, error, 0.0 if left is None else left.share)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from incsvr.checks import Vehicle, Verdict
@@ -14,6 +14,7 @@ from incsvr.free_run.errors import FreeRun, free_run_errors, rmse
 from incsvr.free_run.motions import motions
 from incsvr.free_run.several_velocities import free_run_errors as over_several
 from incsvr.learning import checked_learner
+from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
@@ -23,6 +24,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import decoupled_streams
 from incsvr.signals.samples import Samples
+from service.commands.config_output import three_digits
 from service.config.traced_effects import TracedEffects
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, samples_of, wanted_streams
@@ -36,7 +38,7 @@ class Terms:
 
     Attributes:
         learner: its settings; None scales the paper's to the samples.
-        policy: policy that selects the samples to keep; None as the settings say.
+        chosen: further settings of the learner, such as its policy.
         effects: traced ones that the samples are freed of.
         coupled: the axis in its body, where its mass matrix is declared.
         inputs: the further velocities that damping is learned over.
@@ -45,7 +47,7 @@ class Terms:
     """
 
     learner: Settings | None = None
-    policy: str | None = None
+    chosen: Mapping[str, Any] = field(default_factory=dict)
     effects: TracedEffects | None = None
     coupled: Coupled | None = None
     inputs: tuple[str, ...] = ()
@@ -61,14 +63,11 @@ class Terms:
         return samples_of(recording, signals, self.compensation, self.coupled, self.inputs)
 
     def settings(self, recording: Recording, samples: Samples) -> Settings:
-        """The learner's settings, scaled to the samples where none are given."""
-        chosen: dict[str, Any] = {} if self.policy is None else {"policy": self.policy}
-        chosen |= {"own": recording.axis.rate, "others": self.inputs} if self.inputs else {}
-        return (
-            learner_for(samples, words_of(self.axis), **chosen)
-            if self.learner is None
-            else Settings(**asdict(self.learner) | chosen)
-        )
+        """The learner's settings, scaled to the samples where none are given, to the digits that are written down."""
+        chosen = dict(self.chosen) | ({"own": recording.axis.rate, "others": self.inputs} if self.inputs else {})
+        if self.learner is not None:
+            return Settings(**asdict(self.learner) | chosen)
+        return three_digits(learner_for(samples, words_of(self.axis), **chosen))
 
     def learned(
         self,
@@ -76,8 +75,9 @@ class Terms:
         signals: SignalSettings,
         settings: Settings,
         each: Callable[[Iteration | None], None] = lambda _: None,
-    ) -> tuple[list[Verdict], list[Iteration]]:
-        """The verdicts on the full batches, and the iterations; `each` is called after every batch."""
+    ) -> tuple[list[Verdict], list[Iteration], Guarded]:
+        """The verdicts on the full batches, the iterations, and the learner at the end; `each` is called after every
+        batch."""
         vehicle = Vehicle(
             signals.inertia,
             settings.rate_range,
@@ -87,12 +87,15 @@ class Terms:
         )
         verdicts: list[Verdict] = []
         iterations: list[Iteration] = []
-        for verdict, iteration in checked_learner.follow(settings, vehicle, samples):
+        guarded = checked_learner.begin(settings)
+        for first in range(0, len(samples) - settings.batch + 1, settings.batch):
+            batch = samples.take(slice(first, first + settings.batch))
+            guarded, verdict, iteration = checked_learner.learn(settings, vehicle, guarded, batch)
             verdicts.append(verdict)
             if iteration is not None:
                 iterations.append(iteration)
             each(iteration)
-        return verdicts, iterations
+        return verdicts, iterations, guarded
 
     def free_runs(self, runs: Sequence[Recording], signals: SignalSettings, model: Model) -> list[FreeRun]:
         """The stretches of recordings simulated from their first yaw rates."""

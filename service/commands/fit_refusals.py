@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from incsvr.checks import YOUNG_CURVE_BATCHES, Verdict
 from incsvr.errors import BadInput
@@ -14,10 +15,24 @@ from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.commands import other_velocities
+from service.commands.config_output import three_digits
 from service.commands.cures import Cures
 from service.commands.fit_attempt import Terms
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import signals_for
+
+
+class HeldTooSeldom(BadInput):
+    """The refusal of a torque that holds too seldom for a command.
+
+    Attributes:
+        measured: the settings under which it gives enough samples.
+        because: why, in words.
+    """
+
+    def __init__(self, sentence: str, measured: SignalSettings, because: str) -> None:
+        super().__init__(sentence)
+        self.measured, self.because = measured, because
 
 
 def too_few(runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int) -> BadInput:
@@ -31,23 +46,27 @@ def too_few(runs: Sequence[Recording], signals: SignalSettings, terms: Terms, co
 
 def of_a_command(
     runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int
-) -> BadInput | None:
+) -> HeldTooSeldom | None:
     """The refusal where a torque that is said to be a command is the reason for so few samples, which is tried; None
     where it is not."""
     if signals.torque != COMMANDED:
         return None
     joined = sequence(runs)
     try:
-        otherwise = signals_for(runs, signals.inertia, signals.rate_limit, MEASURED)
+        scaled = three_digits(signals_for(runs, signals.inertia, signals.rate_limit, MEASURED))
+        otherwise = replace(scaled, channels=signals.channels)
         measured = len(terms.samples(joined, otherwise)[0])
     except BadInput:
         return None
     if measured < batch:
         return None
-    return BadInput(
-        f"{joined.name}: {count} damping samples, because the {words_of(joined.axis).effort} is declared a command: a "
-        f"sample needs one that is constant for {2.0 * signals.reach:.2g} s, which is rare here; without `--torque "
-        f"commanded` (signals.torque in a configuration) there are {measured}"
+    effort = words_of(joined.axis).effort
+    because = f"a sample needs one that is constant for {2.0 * signals.reach:.2g} s, which is rare here"
+    return HeldTooSeldom(
+        f"{joined.name}: {count} damping samples, because the {effort} is declared a command: {because}; without "
+        f"`--torque commanded` (signals.torque in a configuration) there are {measured}",
+        otherwise,
+        f"the {effort} is used as a measurement, not as a command: {because}",
     )
 
 

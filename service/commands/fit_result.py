@@ -15,6 +15,7 @@ from incsvr.checks.resolution import resolution_fault
 from incsvr.errors import BadInput
 from incsvr.free_run.errors import rmse
 from incsvr.free_run.fit_pictures import FitPictures
+from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.coefficients import Interval, coefficients, negative_drag
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.learner import Iteration, Settings
@@ -28,9 +29,9 @@ from incsvr.signals.samples import Samples
 from service.cli.progress import progress
 from service.commands.cures import Cures
 from service.commands.declaration import Declaration
-from service.commands.fit_alternatives import proposal
+from service.commands.fit_alternatives import TORQUE_KIND, alternative
 from service.commands.fit_attempt import Terms
-from service.commands.fit_refusals import of_a_command, refuse_unlearned, refuse_wrong, too_few
+from service.commands.fit_refusals import HeldTooSeldom, of_a_command, refuse_unlearned, refuse_wrong, too_few
 from service.commands.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.config.traced_effects import TracedEffects
 from service.recordings.recording import Recording, sequence
@@ -51,6 +52,7 @@ class Fit:
         rejected: messages of all recordings refused, by reason.
         remarks: sentences about what was left out.
         iterations: one for each full batch.
+        guarded: the learner and its checks after the last one.
         errors: on the unseen recordings after each iteration [N m], None before anything is learned; empty where none
             were given.
         validated_on: the unseen recordings.
@@ -71,6 +73,7 @@ class Fit:
     rejected: Mapping[str, int]
     remarks: Sequence[str]
     iterations: Sequence[Iteration]
+    guarded: Guarded
     errors: Sequence[Errors | None]
     validated_on: str
     free_run_rmse: float | None
@@ -88,56 +91,48 @@ class Fit:
         unseen: Sequence[Recording],
         signals: SignalSettings,
         learner: Settings | None,
-        policy: str | None = None,
+        chosen: Mapping[str, Any] | None = None,
         effects: TracedEffects | None = None,
         coupled: Coupled | None = None,
         inputs: tuple[str, ...] = (),
         declaration: Declaration | None = None,
         sign_known: bool = False,
+        by_person: frozenset[str] = frozenset(),
     ) -> Fit:
-        """Learns from `runs`, one after the other; without `learner` the paper's settings scaled to the vehicle.
+        """Learns from `runs`, one after the other; without `learner` the paper's settings scaled to the vehicle, with
+        what is `chosen` of them. Other signal settings that are better come into force, but for those set `by_person`.
 
         With traced effects, or in a body whose mass matrix is declared, the samples are freed of what these take, and
         the free runs hold it. `inputs` are the further velocities that damping is learned over; `declaration` is what
         the motion says of the declared inertia and the torque, whose sign may be known.
         """
-        terms = Terms(learner, policy, effects, coupled, inputs, sign_known, runs[0].axis)
+        terms = Terms(learner, chosen or {}, effects, coupled, inputs, sign_known, runs[0].axis)
         declaration = declaration or Declaration(list(runs), list(unseen))
         joined = sequence(runs)
-        training = _training(runs, unseen, signals, terms)
-        samples, iterations, settings = training.samples, training.iterations, training.settings
-        cures = Cures.of(runs[0])
-        refuse_wrong(joined.name, training.verdicts, cures)
-        model = iterations[-1].model
-        undriven = Samples.concatenate(iteration.undriven for iteration in iterations)
-        excitation = Excitation.of(samples.take(slice(0, len(iterations) * settings.batch)), undriven)
-        refuse_unlearned(
-            joined, samples, signals, model, excitation, terms, training.verdicts, settings.batch,
-            declaration.sign or declaration.doubt, cures,
-        )  # fmt: skip
+        signals, training, said = _best_training(runs, unseen, signals, terms, declaration, by_person)
+        samples, iterations = training.samples, training.iterations
+        model, excitation = iterations[-1].model, training.excitation
         pictured = terms.free_runs(unseen or runs, signals, model)
         by_itself = not inputs or coupled is not None
         others = OtherVelocities.of(coupled, joined, samples, signals) if by_itself else NO_OTHER_VELOCITIES
         sentences = [*declaration.sentences, *remarks([*runs, *unseen], signals), *others.remarks]
         sentences += [*in_sentences(training.verdicts), *(effects.warnings if effects else ())]
-        if declaration.doubt is None and (quick := resolution_fault(samples, signals.smoothing)) is not None:
-            cure = proposal(quick, runs, unseen or runs, signals, terms, model)
-            sentences.append(f"{in_words_of(joined.axis, quick.sentence)}; {cure}")
         return Fit(
             joined.name,
             signals,
-            settings,
+            training.settings,
             len(samples),
             training.rejected,
-            [*sentences, *_excitation_remark(excitation, joined.axis)],
+            [*sentences, *said, *_excitation_remark(excitation, joined.axis)],
             iterations,
+            training.guarded,
             training.errors,
             sequence(unseen).name if unseen else "",
             rmse([run.error for run in pictured]) if unseen else None,
             FitPictures(model, samples, pictured, sequence(unseen or runs).name, bool(unseen)),
             () if terms.compensation is None else terms.compensation.names,
             len(training.verdicts) - len(iterations),
-            torque_answers(undriven),
+            torque_answers(training.undriven),
             others,
             inertia_in_force(signals.inertia, () if effects is None else effects.findings),
             joined.axis,
@@ -205,7 +200,69 @@ class _Training:
     rejected: Mapping[str, int]
     verdicts: Sequence[Verdict]
     iterations: Sequence[Iteration]
+    guarded: Guarded
     errors: Sequence[Errors | None]
+
+    @property
+    def undriven(self) -> Samples:
+        """The samples that are no evidence."""
+        return Samples.concatenate(iteration.undriven for iteration in self.iterations)
+
+    @property
+    def excitation(self) -> Excitation:
+        learned = self.samples.take(slice(0, len(self.iterations) * self.settings.batch))
+        return Excitation.of(learned, self.undriven)
+
+
+def _best_training(
+    runs: Sequence[Recording],
+    unseen: Sequence[Recording],
+    signals: SignalSettings,
+    terms: Terms,
+    declaration: Declaration,
+    by_person: frozenset[str],
+) -> tuple[SignalSettings, _Training, list[str]]:
+    """The loop under these signal settings, or under others that are better, and the remarks on them.
+
+    Raises:
+        BadInput: too little can be learned.
+    """
+    said, in_force = list[str](), frozenset[str]()
+    while True:
+        try:
+            training = _training(runs, unseen, signals, terms)
+        except HeldTooSeldom as error:
+            if TORQUE_KIND in by_person | in_force:
+                raise
+            signals, in_force = error.measured, in_force | {TORQUE_KIND}
+            said.append(error.because)
+            continue
+        _refuse(sequence(runs), training, signals, terms, declaration, Cures.of(runs[0]))
+        quick = None if declaration.doubt is not None else resolution_fault(training.samples, signals.smoothing)
+        if quick is None:
+            return signals, training, said
+        model = training.iterations[-1].model
+        remark, best = alternative(quick, runs, unseen or runs, signals, terms, model, by_person, in_force)
+        said += [] if remark is None else [remark]
+        if best is None:
+            return signals, training, said
+        signals, in_force = best.signals, in_force | {best.setting}
+
+
+def _refuse(
+    joined: Recording,
+    training: _Training,
+    signals: SignalSettings,
+    terms: Terms,
+    declaration: Declaration,
+    cures: Cures,
+) -> None:
+    """Refuses recordings that are wrong, or teach too little."""
+    refuse_wrong(joined.name, training.verdicts, cures)
+    refuse_unlearned(
+        joined, training.samples, signals, training.iterations[-1].model, training.excitation, terms,
+        training.verdicts, training.settings.batch, declaration.sign or declaration.doubt, cures,
+    )  # fmt: skip
 
 
 def _training(
@@ -233,5 +290,5 @@ def _training(
                 errors.append(Errors.of(iteration.model, validation) if iteration.model.is_trained else None)
             advance()
 
-        verdicts, iterations = terms.learned(samples, signals, settings, judge)
-    return _Training(samples, settings, Counter(rejected) + Counter(more), verdicts, iterations, errors)
+        verdicts, iterations, guarded = terms.learned(samples, signals, settings, judge)
+    return _Training(samples, settings, Counter(rejected) + Counter(more), verdicts, iterations, guarded, errors)

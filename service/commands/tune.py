@@ -21,6 +21,7 @@ from incsvr.signals.samples import Samples
 from service.cli.output import add_json_argument, emit, refuse_replacing
 from service.cli.progress import progress
 from service.commands import config_output
+from service.commands.arguments import POLICIES, POLICY_HELP
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.recordings.reading import Reading, add_log_arguments
@@ -43,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--inertia", type=float, metavar="I", help="inertia with added mass [kg m²]")
     parser.add_argument("--config", type=Path, metavar="FILE", help="signals and learner as the service has them")
-    parser.add_argument("--policy", choices=("paper", "weighted"), help="policy that selects the samples to keep")
+    parser.add_argument("--policy", choices=POLICIES, help=POLICY_HELP)
     parser.add_argument("--last", action="store_true", help="judge after the last step alone, not after every step")
     parser.add_argument("--write", type=Path, metavar="FILE", help="write a configuration with the best point")
     add_log_arguments(parser)

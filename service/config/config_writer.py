@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from service.config.configuration import Config
+from service.inputs.presets.defaults import defaults
 from service.wire.json_text import json_text
 
 HEAD = """\
@@ -19,9 +20,13 @@ HEAD = """\
 def commented_yaml(config: Config, head: str = HEAD, brief: bool = False) -> str:
     """The configuration as YAML, each value with its meaning, unit and bounds, below some lines that begin it.
 
-    `brief` leaves out what is as it is by default, but the inertia: an inertia that nobody says is none.
+    `brief` leaves out what is as it is by default, or by its preset, but the inertia: an inertia that nobody says is
+    none.
     """
-    usual = Config() if brief else None
+    by_preset = {
+        name: of for name, of in defaults({"inputs": {"preset": config.inputs.preset}}).items() if name != "bus"
+    }
+    usual = Config(**by_preset) if brief else None
     return head + "\n".join(_section(config, config.model_dump(mode="json"), "", usual)) + "\n"
 
 

@@ -158,7 +158,7 @@ class HealthWatch:
             *(("ERROR", sentence) for sentence in self._errors(now)),
             *(("STALE", sentence) for sentence in self._stale(now, node.words)),
             *(("WARN", sentence) for sentence in self._warnings(now, node, rejected, readings)),
-            *(("OK", sentence) for sentence in self._notes),
+            *(("OK", sentence) for sentence in (*self._notes, *node.remarks)),
         ]
         silent = any(level == "STALE" for level, _ in graded)
         if learning.state == "paused" or (learning.state == "starved" and not silent):  # else the silence says it all

@@ -86,6 +86,8 @@ class Host:
         latest = self.node.latest()
         if latest is not None:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
+            for remark in self.node.remarks:
+                log.info("%s: %s", config.prefix, remark)
             self._publishers.publish(self.keys.model, wire.encode(latest))
         self.answers = Answers(session, self.keys, self.node, self.watch, self._history)
         # Further channels come on our own keys, whoever brings yaw rate and torque.

@@ -90,6 +90,7 @@ class LearnerNode:
         self._clock = clock
         known = restore(memory, self._settings)
         self._guarded, self._covered = known.guarded, RateCoverage(known.covered)
+        self.remarks: tuple[str, ...] = () if known.remark is None else (known.remark,)
         paused = known.guarded.checks.paused_since is not None
         self.current_warnings = CurrentWarnings("it was before the restart; the next batch decides" if paused else None)
         compensation = None if effects is None else effects.compensation

@@ -32,7 +32,6 @@ def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
         "vehicle": config.vehicle.name,
         "prefix": config.prefix,
         "inertia": inertia,
-        "policy": settings.policy,
         "gamma": settings.gamma,
         "C": settings.C,
         "epsilon": settings.epsilon,

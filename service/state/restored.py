@@ -36,6 +36,7 @@ class RestoredMemory:
         revision: what was published last.
         t: the vehicle's time of the newest sample in it [s].
         on_the_way: the samples on their way to the next batch, as plain data.
+        remark: a sentence where another policy's memory goes on under this one.
     """
 
     guarded: Guarded
@@ -43,6 +44,7 @@ class RestoredMemory:
     revision: int = 0
     t: float | None = None
     on_the_way: Mapping[str, Any] | None = None
+    remark: str | None = None
 
 
 def restore(memory: Mapping[str, Any] | None, settings: Settings) -> RestoredMemory:
@@ -54,7 +56,9 @@ def restore(memory: Mapping[str, Any] | None, settings: Settings) -> RestoredMem
     if memory is None:
         return RestoredMemory(guard.begin(settings), np.full(settings.bins, -math.inf))
     guarded = Guarded.from_dict(memory)
-    state = guarded.learner
+    policy, before = guarded.learner.policy, guarded.before
+    state = learner.under_policy(settings, guarded.learner)
+    guarded = replace(guarded, learner=state, before=None if before is None else learner.under_policy(settings, before))
     for name, number in (("revision", memory["revision"]), ("iterations", state.iterations)):
         if type(number) is not int or not 0 <= number < MAX_COUNT:
             raise BadInput(f"its {name} is {number!r}, which is no count")
@@ -73,7 +77,13 @@ def restore(memory: Mapping[str, Any] | None, settings: Settings) -> RestoredMem
     if t is not None and not math.isfinite(t):
         raise BadInput(f"its newest sample is of the time {t}")
     _check_next_iteration(state, settings)
-    return RestoredMemory(guarded, covered, memory["revision"], t, memory.get("on_the_way"))
+    remark = (
+        f"revision {memory['revision']} was learned with policy {policy}; its {len(state.memory.served)} vectors are "
+        f"samples of policy {settings.policy} from now on"
+    )
+    return RestoredMemory(
+        guarded, covered, memory["revision"], t, memory.get("on_the_way"), remark if policy != settings.policy else None
+    )
 
 
 def _check_model(model: Model, settings: Settings) -> None:

@@ -33,6 +33,7 @@ class Store:
         config: whose it is.
         effects: names the traced effects that samples are freed of.
         changing: the effects may change while it learns: then the memory says under `effects` which they are.
+        anew: sets a state that is there aside, and begins another.
 
     Attributes:
         memory: the learner's memory as it was last saved; None where it begins anew.
@@ -43,7 +44,9 @@ class Store:
         BadInput: the directory cannot be written, or another learner has this state. A full disk is no reason.
     """
 
-    def __init__(self, directory: Path, config: Config, effects: str | None = None, changing: bool = False) -> None:
+    def __init__(
+        self, directory: Path, config: Config, effects: str | None = None, changing: bool = False, anew: bool = False
+    ) -> None:
         self.path = directory / (config.prefix + ".sqlite")
         self.memory: dict[str, Any] | None = None
         self.problem: str | None = None
@@ -55,7 +58,7 @@ class Store:
         self._refused: frozenset[Path] = frozenset()
         self._read_only = False
         try:
-            self._begin()
+            self._begin(anew)
             self._look()
         except (OSError, sqlite3.Error) as error:
             if not may_pass(error):
@@ -132,10 +135,14 @@ class Store:
             if self._lock is not None:
                 self._lock.close()
 
-    def _begin(self) -> None:
+    def _begin(self, anew: bool) -> None:
         """Takes up the state that is there, or another one that fits, or begins anew."""
         claim = self._take_claim()
-        if self.path.exists():
+        if anew:
+            if self.path.exists():
+                set_aside(self.path)
+            self._create()
+        elif self.path.exists():
             try:
                 self._adopt()
             except StateDamage as error:

@@ -111,7 +111,6 @@ class Shell:
         return {
             **os.environ,
             "INCSVR_BUS__LISTEN": self.endpoint,
-            "INCSVR_STATE": str(self.folder / "state"),
             "MPLBACKEND": "Agg",
             "NO_COLOR": "1",
             "COLUMNS": "120",

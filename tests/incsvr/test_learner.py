@@ -12,7 +12,7 @@ import pytest
 from hypothesis import strategies as st
 
 from incsvr.errors import BadInput
-from incsvr.learning.learner import Iteration, Settings, State, start, step
+from incsvr.learning.learner import Iteration, Settings, State, start, step, under_policy
 from incsvr.signals.samples import Samples
 from tests.incsvr.learning import HULL, Policy, batches, drag, kinds, of, policies, rms, run, stream
 
@@ -213,6 +213,24 @@ def test_a_state_of_another_policy_or_form_is_refused() -> None:
         step(Settings(policy="weighted"), state, stream(1, 50))
     with pytest.raises(BadInput, match="empty state directory"):
         State.from_dict(state.to_dict() | {"form": 0})
+
+
+@pytest.mark.parametrize("others", [(), ("surge", "sway")], ids=["one", "several"])
+@policies
+def test_under_another_policy_what_was_learned_goes_on(policy: Policy, others: tuple[str, ...]) -> None:
+    after = Settings(policy="weighted" if policy == "paper" else "paper", others=others)
+    samples = of(after, stream(10, 1050))
+    before, _ = run(replace(after, policy=policy), samples.take(slice(0, 1000)))
+    taken = under_policy(after, before)
+    assert (taken.iterations, taken.model) == (before.iterations, before.model)
+    ours, theirs = (np.sort(each.memory.served.damping) for each in (taken, before))
+    np.testing.assert_array_equal(ours, theirs)
+    state, iteration = step(after, taken, samples.take(slice(1000, None)))
+    assert (state.policy, iteration.number) == (after.policy, 21)
+    if not others:  # fifty samples alone leave three times as much
+        assert rms(state.model.predict(RATES).damping - drag(RATES)) < 1.1 * rms(
+            before.model.predict(RATES).damping - drag(RATES)
+        )
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,9 @@ def test_forgetting_takes_the_oldest_where_vectors_are_dense() -> None:
 
 def test_a_sample_is_near_where_it_is_near_in_every_velocity() -> None:
     """A new sample beside a vector in all but its sway says something new."""
-    settings = Settings(others=OTHERS, fastest={"surge": 1.0, "sway": 0.5}, near={"sway": 0.03}, batch=2)
+    settings = Settings(
+        policy="paper", others=OTHERS, fastest={"surge": 1.0, "sway": 0.5}, near={"sway": 0.03}, batch=2
+    )
     assert near_distances(settings, np.array([0.25, 1.0, 0.5])) == [0.01, pytest.approx(0.04), 0.03]
     state, _ = step(settings, start(settings), vehicle()[1].take(slice(0, 50)))
     vector = state.memory.served.take(slice(0, 1))
@@ -185,7 +187,7 @@ def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: Policy) 
 def test_samples_that_the_drag_alone_explains_leave_a_model_that_can_be_published() -> None:
     samples = stream(7, 50, wild=0.0)
     exact = replace(samples, damping=200.0 * samples.yaw_rate, channels={"surge": 0.5 + 0.1 * np.sin(samples.time)})
-    settings = Settings(others=("surge",), fastest={"surge": 1.0}, epsilon=5.0)
+    settings = Settings(policy="paper", others=("surge",), fastest={"surge": 1.0}, epsilon=5.0)
     _, iteration = step(settings, start(settings), exact)
     assert not iteration.model.is_trained
     published = snapshot(ServedModel(iteration.model, 1, 1, 0.0), "boot", 350.0)
@@ -215,7 +217,7 @@ def test_samples_without_one_of_its_velocities_and_a_state_over_others_are_refus
             Settings(others=OTHERS), start(Settings(others=OTHERS)), replace(samples, channels={"surge": samples.time})
         )
     state = learned("paper")[0]
-    for settings in (Settings(), Settings(others=("surge",))):
+    for settings in (Settings(policy="paper"), Settings(policy="paper", others=("surge",))):
         with pytest.raises(BadInput, match="learned over surge, sway"):
             step(settings, state, samples)
 

@@ -83,6 +83,12 @@ def start(settings: Settings) -> Memory:
     return Memory(vectors, nothing, stays, fastest, Noise.start(settings.rate_range))
 
 
+def continued(settings: Settings, other: Any) -> Memory:
+    """The memory that goes on from another policy's: its vectors as samples, one each."""
+    vectors = other.served
+    return Memory(vectors, np.zeros(len(vectors)), np.ones(len(vectors), dtype=np.bool_), other.fastest, other.noise)
+
+
 def learn(
     settings: Settings,
     number: int,

@@ -99,6 +99,13 @@ def start(settings: Settings) -> Memory:
     return Memory(vectors, np.zeros(len(settings.others)), Noise.start(settings.rate_range), Watch())
 
 
+def continued(settings: Settings, other: Any) -> Memory:
+    """The memory that goes on from another policy's: its vectors as samples, one each."""
+    noise = other.noise
+    vectors = Vectors.of(other.served, settings.own, settings.others, information=1.0 / noise.variance)
+    return Memory(vectors, other.fastest, noise, Watch())
+
+
 def learn(
     settings: Settings,
     number: int,

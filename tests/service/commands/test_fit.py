@@ -96,7 +96,7 @@ def test_the_measured_vehicle(capsys: pytest.CaptureFixture[str], measured: Path
     """Trained on two yaw-only runs, judged on the third; an inertia that is estimated runs freer than the declared."""
     runs = [measured / "bluerov" / f"run_{number:02d}.csv" for number in (3, 4, 5)]
     declared, estimated = (
-        fit(capsys, *runs[:2], "--validate", runs[2], "--inertia", inertia, "--policy", "paper")
+        fit(capsys, *runs[:2], "--validate", runs[2], "--inertia", inertia, "--policy", "paper", "--smoothing", "0.2")
         for inertia in ("1.125", "estimate")
     )
     assert declared["inertia"] == 1.125
@@ -221,7 +221,7 @@ def test_damping_over_several_velocities_from_files(capsys: pytest.CaptureFixtur
     words = (runs[0], "--validate", runs[1], "--policy", "weighted")
     alone = fit(capsys, *words)
     written = tmp_path / "several.yaml"
-    over = fit(capsys, *words, "--inputs", "yaw_rate,surge,sway", "--write", written)
+    over = fit(capsys, *words, "--inputs", "yaw_rate,surge,sway", "--write", written, "--state", tmp_path)
     assert over["validation"]["rmse"] < 0.4 * alone["validation"]["rmse"]  # most of what is left is noise
     assert over["validation"]["free_run_rmse"] < 0.3 * alone["validation"]["free_run_rmse"]
     assert not any("coupled to others" in remark for remark in over["remarks"])

@@ -121,7 +121,7 @@ def test_what_a_fit_writes_serve_learns_on_with(
     files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "config.yaml"
-    fitted(capsys, files, "--mass-matrix", MATRIX, "--write", str(path))
+    fitted(capsys, files, "--mass-matrix", MATRIX, "--write", str(path), "--state", str(tmp_path))
     config = read(path)
     assert config.vehicle.inertia == MASS
     assert config.signals.channels == ("surge", BODY_YAW_RATE)

@@ -57,7 +57,7 @@ def test_what_is_written_is_a_configuration_with_the_best_point(slow: Any) -> No
     learner = config.learner_settings()
     assert {"C": learner.C, "epsilon": learner.epsilon, "gamma": learner.gamma} == result["best"]
     assert config.vehicle.inertia == 350.0
-    assert config.vehicle.name == "slow"
+    assert config.vehicle.name == "leng"
     assert config.vehicle.torque_limit > 100.0
     assert 0.2 < config.vehicle.rate_range[1] < 0.3
 

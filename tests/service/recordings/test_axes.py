@@ -96,7 +96,8 @@ def test_fit_of_an_axis_takes_the_settings_of_its_own_learner(files: list[str], 
     found = {}
     for config in (both, alone):
         result, written = tmp_path / f"{config.stem}.json", tmp_path / f"{config.stem}_written.yaml"
-        words = ["--axis", "sway", "--config", str(config), "--json", str(result), "--write", str(written)]
+        words = ["--axis", "sway", "--config", str(config), "--json", str(result)]
+        words += ["--write", str(written), "--state", str(tmp_path)]
         assert main(["fit", files[0], *words]) == 0
         found[config.stem] = json.loads(result.read_text(encoding="utf-8"))
         again = read_config(written)

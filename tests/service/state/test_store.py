@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sqlite3
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,16 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
+from service import wire
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import CommittedIteration
+from service.recordings.recording import Recording
 from service.state.history import NotKept
 from service.state.store import Store
 from service.wire import encode
 from simulator import leng
-from tests.service.conftest import configured
+from tests.service.conftest import PATIENCE, StartBench, configured, cut
 from tests.service.state.iterations import save
 
 MANY = 10**9
@@ -99,6 +102,31 @@ def test_another_vehicles_state_is_set_aside(
     set_aside = sqlite3.connect(tmp_path / "leng" / "yaw.refused-1.sqlite")
     assert set_aside.execute("SELECT count(*) FROM history").fetchone() == (1,)
     set_aside.close()
+
+
+def test_a_state_of_the_other_policy_goes_on(
+    caplog: pytest.LogCaptureFixture, start: StartBench, run: Recording, tmp_path: Path
+) -> None:
+    """Its history, its revisions and its model go on, and health says it without a warning."""
+    first = start(state=tmp_path, learner__policy="paper")
+    models = first.follow(first.keys.model, wire.ModelSnapshot)
+    first.play(cut(run, 70.0))
+    before = [models.get(timeout=PATIENCE) for _ in range(2)][-1]
+    first.stop()
+    caplog.clear()
+    second = start(state=tmp_path)
+    payload, _ = second.get(second.keys.model)
+    assert payload is not None
+    assert wire.decode(wire.ModelSnapshot, payload).support == before.support
+    models = second.follow(second.keys.model, wire.ModelSnapshot)
+    (remark,) = second.host.node.remarks
+    assert remark.startswith("revision 2 was learned with policy paper; its 60 vectors are")
+    assert remark in second.health().reasons
+    assert not [each for each in caplog.records if each.levelno >= logging.WARNING]
+    late = run.time >= 70.0
+    second.play(Recording(run.name, run.time[late], {name: values[late] for name, values in run.columns.items()}))
+    assert models.get(timeout=PATIENCE).revision == 3
+    assert second.get(f"{second.keys.model}?revision=1")[0] is not None
 
 
 def test_history_is_bounded(tmp_path: Path, outcomes: list[CommittedIteration]) -> None:
