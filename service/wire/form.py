@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from incsvr.errors import BadInput
 
@@ -15,6 +15,20 @@ class Form(BaseModel):
     """A payload: finite numbers only, immutable, unknown fields ignored."""
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False, extra="ignore")
+
+
+class WithNoise(Form):
+    """A payload with the noise of a model; `sigma` is its copy for one release, and an earlier learner's name."""
+
+    noise: float | None = None  # the samples' own deviation, over all rates [N m]
+    sigma: float | None = Field(default=None, init=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _alike(cls, given: Any) -> Any:
+        if not isinstance(given, dict):
+            return given
+        return {**given, **dict.fromkeys(("noise", "sigma"), given.get("noise", given.get("sigma")))}
 
 
 FormType = TypeVar("FormType", bound=Form)
