@@ -14,6 +14,7 @@ from service.cli.output import emit
 from service.commands.arguments import add_question_arguments
 from service.config.configuration import Config
 from service.config.sources import from_arguments
+from service.number import number_of
 from service.wire import DampingReply, ModelSnapshot
 
 
@@ -55,7 +56,7 @@ def velocities(given: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dic
         own = not equals or name in ("rate", axis.rate)
         for part in text.split(","):
             try:
-                value = float(part)
+                value = number_of(part)
             except ValueError:
                 value = math.nan
             if not math.isfinite(value):

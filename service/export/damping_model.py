@@ -6,7 +6,6 @@ I ṙ + d(r) = τ. Tools that count hydrodynamic derivatives (Fossen, SNAME) hav
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from incsvr.learning.coefficients import COEFFICIENT_NAMES, coefficients, negati
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, root_mean_square
 from service.wire import ModelSnapshot
+from service.wire.json_text import read_json
 
 CURVE_RATES = 101
 """Rates of an exported curve."""
@@ -145,11 +145,11 @@ def of_file(path: Path) -> DampingModel:
         BadInput: it is none of these; the sentence names the file.
     """
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = read_json(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise BadInput(f"{path}: cannot be read ({error}); {EXPECTED_FILE}") from None
-    except ValueError:
-        raise BadInput(f"{path}: this is no JSON; {EXPECTED_FILE}") from None
+    except ValueError as error:
+        raise BadInput(f"{path}: this is no JSON ({error}); {EXPECTED_FILE}") from None
     try:
         return _of_fit(found, path) if "curve" in found else _of_trace(found, path)
     except (KeyError, TypeError, ValueError, AttributeError):

@@ -11,6 +11,7 @@ from incsvr.errors import BadInput
 from incsvr.plant.words import AxisWords
 from service import wire
 from service.learner.damping_query import DampingQuery, checked_query, parse_numbers
+from service.number import number_of, whole_number_of
 
 MAX_QUESTION_BYTES = 250_000
 """The longest payload of a question that is read."""
@@ -89,7 +90,7 @@ def number(name: str, text: str) -> float:
         BadInput: it is none.
     """
     try:
-        value = float(text)
+        value = number_of(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
@@ -104,7 +105,7 @@ def whole_number(name: str, text: str | None, most: int) -> int:
         BadInput: it is none.
     """
     try:
-        value = int(text or "")
+        value = whole_number_of(text or "")
     except ValueError:
         value = -1
     if not 0 <= value <= most:

@@ -18,6 +18,7 @@ from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import EFFORTS, VELOCITIES
 from incsvr.tracing.findings import Finding
 from service.cli.output import writing
+from service.number import number_of
 
 Profile = tuple[Array, Array]
 PLAN_STEP_S = 0.02
@@ -113,7 +114,7 @@ def _columns(path: Path, rows: Sequence[Sequence[str]], names: Sequence[str]) ->
 
 def _numbers(path: Path, number: int, row: Sequence[str], names: Sequence[str], places: Sequence[int]) -> list[float]:
     try:
-        values = [float(row[place]) for place in places]
+        values = [number_of(row[place]) for place in places]
     except (ValueError, IndexError):
         values = [math.nan]
     if not all(map(math.isfinite, values)):
