@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from incsvr.plant.axes import AXES
-from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, UNKNOWN, Vehicle, mass_unit
-from incsvr.vehicle.terms import LINEAR, QUADRATIC
+from incsvr.plant.terms import LINEAR, QUADRATIC, mass_unit
+from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, UNKNOWN, Vehicle
 from incsvr.vehicle.validation import Errors
 
 

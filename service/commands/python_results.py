@@ -15,9 +15,9 @@ from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.learning.prediction import Prediction
 from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.terms import mass_unit
 from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Comparison, Identified
-from incsvr.vehicle.model import mass_unit
 from service.cli.extras import how_to_install
 from service.recordings.recording import Recording
 

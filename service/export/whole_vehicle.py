@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from incsvr.plant.axes import AXES, VELOCITIES
+from incsvr.plant.terms import Term
 from incsvr.vehicle import Vehicle
 from incsvr.vehicle.simulation import MAX_STEP_DAMPING, MAX_SUBSTEPS
-from incsvr.vehicle.terms import Term
 
 _MODULE = '''\
 """The motion of {name}: M dv/dt + C(v) v + sum of terms = effort. Written by `incsvr export`; needs NumPy alone.

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
+import numpy as np
 import zenoh
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.words import AxisWords
 from service import wire
 from service.learner.damping_query import DampingQuery, checked_query, parse_numbers
@@ -81,6 +83,15 @@ def profile(query: zenoh.Query) -> bytes | None:
     if len(query.payload) > MAX_QUESTION_BYTES:
         raise BadInput(f"the payload is longer than {MAX_QUESTION_BYTES} bytes; ask for fewer times")
     return query.payload.to_bytes()
+
+
+def refuse_effort(effort: Array, limit: float, words: AxisWords) -> None:
+    """Refuses a plan with an effort (n,) [N m] beyond the plausible `limit`, whether it is asked or what it takes."""
+    if not np.abs(effort).max() <= limit:
+        raise BadInput(
+            f"a {words.effort} of {effort[np.abs(effort).argmax()]:g} {words.effort_unit} is planned; plan within "
+            f"the plausible ±{limit:g} {words.effort_unit} (vehicle.torque_limit)"
+        )
 
 
 def number(name: str, text: str) -> float:

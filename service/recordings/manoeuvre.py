@@ -16,6 +16,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import EFFORTS, VELOCITIES
+from incsvr.signals.steps import refuse_steps
 from incsvr.tracing.findings import Finding
 from service.cli.output import writing
 from service.number import number_of
@@ -109,6 +110,7 @@ def _columns(path: Path, rows: Sequence[Sequence[str]], names: Sequence[str]) ->
         raise BadInput(
             f"{path}, row {backwards[0] + 3}: t does not increase after {columns[backwards[0], 0]:g} s; sort the rows"
         )
+    refuse_steps(columns[:, 0], f"{path}: the times")
     return columns
 
 

@@ -22,6 +22,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
+from incsvr.signals.steps import refuse_steps
 from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.clocks import set_at, without_leaps
 from service.logs.csv_log import EMPTY_CELLS
@@ -88,6 +89,8 @@ def read(
             f"{path}, row {rows[beyond[0]]}: {rate} is {columns[rate][beyond[0]]:g}, beyond the plausible "
             f"±{rate_limit:g} {'m/s' if axis.along else 'rad/s'}{degrees}{faster}"
         )
+    for name, values in columns.items():
+        refuse_steps(time[~np.isnan(values)], f"{path}: the times of {name}")
     merged = Recording(path.name, *_merged(path, time, columns, rows), notes=tuple(set_at(at) for at in sets))
     return of_axis(merged, axis)
 
