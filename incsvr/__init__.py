@@ -23,7 +23,7 @@ from typing import Any, Protocol, TypeAlias
 
 from incsvr.errors import BadInput
 
-__all__ = ["BadInput", "Log", "Result", "compare", "fit", "identify", "read", "trace"]
+__all__ = ["BadInput", "Fit", "Log", "Result", "compare", "fit", "identify", "read", "trace"]
 
 _FILES = "service.commands.python_api"
 """The module that reads files and calls the commands: named, not imported, so that the mathematics stays free of it."""
@@ -44,6 +44,13 @@ class Result(Protocol):
 
     def to_frame(self) -> Any:
         """A table as a DataFrame of pandas; BadInput says how pandas is installed where it is not."""
+
+
+class Fit(Result, Protocol):
+    """The result of `fit`."""
+
+    def predict(self, rate: Any) -> Any:
+        """`damping`, `sigma` of one sample about it, its own `doubt` and `extrapolated` at a rate, or several."""
 
 
 class Log(Result, Protocol):
@@ -72,7 +79,7 @@ def read(log: Path, **how: Any) -> Log:
     return found
 
 
-def fit(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
+def fit(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Fit:
     """The online loop over recordings, as `incsvr fit` runs it.
 
     Args:
@@ -84,7 +91,7 @@ def fit(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
     Raises:
         BadInput: where the recordings, or a flag, cannot be used; one sentence with the cure.
     """
-    found: Result = import_module(_FILES).fit(recordings, validate, flags)
+    found: Fit = import_module(_FILES).fit(recordings, validate, flags)
     return found
 
 

@@ -7,8 +7,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from service.cli.console import Console
 
 LINE_PERIOD_S = 30.0
 """Between two lines [s], wall time: a log that is read afterwards."""

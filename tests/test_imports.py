@@ -23,6 +23,7 @@ ALLOWED = {
         "service.logs",
         "service.config",
         "service.bus.session",
+        "service.cli.console",
     },
     "viewer": {
         "viewer",
@@ -32,6 +33,7 @@ ALLOWED = {
         "service.logs.picture",
         "service.recordings",
         "service.config",
+        "service.cli.console",
         "service.cli.extras",
         "service.bus.session",
     },
@@ -53,6 +55,7 @@ ROOMS = (
 )
 """The rooms of the mathematics, none of which imports one further down this list, not even for its types."""
 SERVICE_ROOMS = (
+    "number",
     "wire",
     "inputs",
     "security",

@@ -167,7 +167,7 @@ def words(chosen: dict[str, Frame], unit: str) -> str:
                 row(f"Error on {check.name}", quantity(check.mae, unit), quantity(other.mae, unit))
                 for check, other in zip(*(report.validation for report in pair), strict=False)
             ),
-            row("Noise of a sample", *(quantity(report.sigma, unit) for report in pair)),
+            row("Noise of a sample", *(quantity(report.noise, unit) for report in pair)),
             row("Off the optimum at most", *(quantity(report.certified_error, unit) for report in pair)),
         ]
     )

@@ -7,9 +7,9 @@ import threading
 import time
 from collections.abc import Callable
 
-from rich.console import Console
 from rich.progress import track
 
+from service.cli.console import Console
 from service.wire import EffectsLedger, Health, IterationReport, Measurement
 from viewer.bus import Bus, Message, Presence
 from viewer.frame import Frame

@@ -19,7 +19,7 @@ def table(frame: Frame, words: AxisWords = YAW_WORDS) -> str:
         ("Training time", f"{report.training_ms:.1f} ms"),
         ("Error before learning", quantity(report.progressive_mae, unit)),
         *((f"Error on {check.name}", quantity(check.mae, unit)) for check in report.validation),
-        ("Noise of a sample", quantity(report.sigma, unit)),
+        ("Noise of a sample", quantity(report.noise, unit)),
         ("Tube of no penalty", "-" if model is None else f"±{quantity(model.epsilon, unit)}"),
         ("Off the optimum at most", quantity(report.certified_error, unit)),
         ("Trained from", "-" if span is None else f"{span[0]:.3g} to {span[1]:.3g} {words.rate_unit}"),

@@ -71,7 +71,7 @@ def judged(model: Model, run: Run) -> tuple[Array, Array]:
     size = (edges[:-1, None] + np.diff(edges)[:, None] * (np.arange(RATES_PER_BAND) + 0.5) / RATES_PER_BAND).ravel()
     rates = np.concatenate((-size, size))
     curve, sampled = model.predict(rates), model.predict(run.unseen.yaw_rate)
-    true_held = np.abs(run.truth(rates) - curve.damping) <= SIGMAS_OF_95 * curve.curve_sigma
+    true_held = np.abs(run.truth(rates) - curve.damping) <= SIGMAS_OF_95 * curve.doubt
     sample_held = np.abs(run.unseen.damping - sampled.damping) <= SIGMAS_OF_95 * sampled.sigma
     return (
         _by_band(run.unseen.yaw_rate[~sampled.extrapolated], sample_held[~sampled.extrapolated]),

@@ -21,8 +21,8 @@ from benchmarks.study import Record, begin, options, publish
 from benchmarks.tables import page, table
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
+from incsvr.plant.terms import own_damping, restoring
 from incsvr.vehicle import Parameter, Vehicle
-from incsvr.vehicle.terms import own_damping, restoring
 from service.bus.session import answer, client_config_at, free_endpoint, open_session
 from service.config.vehicle_file import write_vehicle
 from service.recordings.recording import Recording

@@ -67,7 +67,7 @@ def judged(outcome: Outcome, model: Model) -> Record:
     prediction, true = model.predict(everywhere), outcome.damping(everywhere)
     answered = ~prediction.extrapolated
     if answered.any():
-        served, band = prediction.damping[answered], SIGMAS_OF_95 * prediction.curve_sigma[answered]
+        served, band = prediction.damping[answered], SIGMAS_OF_95 * prediction.doubt[answered]
         record["covered"] = float(np.mean(np.abs(served - true[answered]) <= band))
         record["drives"] = float(np.mean(served * np.sign(everywhere[answered]) < -band))
         record["band"] = float(np.median(band))

@@ -24,6 +24,7 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import YAW_WORDS, AxisWords
+from incsvr.signals.steps import refuse_steps
 
 MAX_PLAN_STEP_S = 0.1
 """Step of a plan's grid at most [s]: rotors and water are slower."""
@@ -65,6 +66,7 @@ class Plan:
         apart = np.diff(time)
         if not (apart > 0.0).all():
             raise BadInput("the times of a plan must increase from each to the next")
+        refuse_steps(time, "the times of a plan")
         if acceleration is None:
             acceleration = np.gradient(rate, time) if time.size > 1 else np.zeros(1)
         span = float(time[-1] - time[0])

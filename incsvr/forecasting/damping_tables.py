@@ -53,7 +53,7 @@ class Curve:
         # A free run must not gain energy: where a curve drives, by its own doubt, it is taken for a flat one.
         slope = np.maximum(np.gradient(said.damping, step), 0.0)
         return Curve(
-            float(rates[0]), step, said.damping, slope, said.curve_sigma, inertia, float(model.sigma),
+            float(rates[0]), step, said.damping, slope, said.doubt, inertia, float(model.sigma),
             lasting(model, period), linear,
         )  # fmt: skip
 
@@ -120,7 +120,7 @@ class CurveAmongOthers:
         beside = np.column_stack([np.interp(at, points, column) for column in others.T])
         rates = np.linspace(-TABLE_REACH * fastest, TABLE_REACH * fastest, TABLE_RATES)
         said = model.over(np.column_stack((np.tile(rates, count), np.repeat(beside, TABLE_RATES, axis=0))))
-        damping, sigma = (each.reshape(count, TABLE_RATES) for each in (said.damping, said.curve_sigma))
+        damping, sigma = (each.reshape(count, TABLE_RATES) for each in (said.damping, said.doubt))
         step = float(rates[1] - rates[0])
         slope = np.maximum(np.gradient(damping, step, axis=1), 0.0)
         place = np.asarray((rows - first) * ((count - 1) / max(last - first, 1)), dtype=np.float64)

@@ -125,4 +125,4 @@ def curve(model: Model) -> Callable[[Array], Curve] | None:
 
 def _served(model: Model, rate: Array) -> ServedCurve:
     said = model.predict(rate)
-    return ServedCurve(said.damping, said.curve_sigma, ~said.extrapolated)
+    return ServedCurve(said.damping, said.doubt, ~said.extrapolated)

@@ -53,7 +53,7 @@ def coefficients(model: Model) -> dict[str, Interval]:
     covariance = np.linalg.pinv(weighted.T @ terms)
     best = covariance @ (weighted.T @ said.damping)
     own = np.sum(terms @ covariance * terms, axis=1)
-    scale = float(np.mean(said.curve_sigma**2)) / max(float(np.mean(own)), 1e-300)
+    scale = float(np.mean(said.doubt**2)) / max(float(np.mean(own)), 1e-300)
     reach = NORMAL_95_DEVIATIONS * np.sqrt(scale * np.maximum(np.diag(covariance), 0.0))
     return {
         name: Interval(value, value - half, value + half)

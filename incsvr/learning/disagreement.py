@@ -75,7 +75,7 @@ class Disagreement:
 
         worth = independent_part(model.correlation)
         noise = mean(said.noise**2) / (worth * sizes[there])
-        claimed = mean(said.curve_sigma**2) / model.widening**2
+        claimed = mean(said.doubt**2) / model.widening**2
         square = np.minimum(mean(damping - said.damping) ** 2, MAX_GROUP_DEVIATIONS**2 * (noise + claimed))
         before = min(self.groups, max(HORIZON_GROUPS - there.size, 0.0))
         kept = before / self.groups if self.groups else 0.0

@@ -34,10 +34,9 @@ class Prediction:
 
     Attributes:
         damping: (n,) f(r) [N m].
-        sigma: (n,) standard deviation with which a fresh sample scatters about it [N m]: the noise, and the doubt of
-            the curve itself, which grows where the data are thin.
+        sigma: (n,) standard deviation of one fresh sample about it [N m]: noise and doubt together.
         extrapolated: (n,) whether the rate lies where nothing was learned.
-        noise: (n,) of a sample there [N m].
+        noise: (n,) the samples' own deviation there [N m].
         derivative: (n,) ∂f/∂r, with respect to the axis's own velocity [N m s/rad].
     """
 
@@ -48,8 +47,8 @@ class Prediction:
     derivative: Array
 
     @property
-    def curve_sigma(self) -> Array:
-        """(n,) standard deviation of the curve itself, without the noise of a sample [N m]."""
+    def doubt(self) -> Array:
+        """(n,) standard deviation of the curve itself [N m], which grows where the data are thin."""
         return np.asarray(np.sqrt(np.maximum(self.sigma**2 - self.noise**2, 0.0)))
 
 

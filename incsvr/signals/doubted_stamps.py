@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import inf
 
+from incsvr.signals.steps import MIN_STEP_S
+
 MAX_DOUBTED_VALUES = 1000
 """Values that are doubted at most."""
 
@@ -21,7 +23,7 @@ class DoubtedStamps:
 
     def has(self, time: float) -> bool:
         """Whether a value with this stamp [s] is among them: the same again proves nothing."""
-        return any(stamp == time for stamp, _ in self.values)
+        return any(abs(stamp - time) < MIN_STEP_S for stamp, _ in self.values)
 
     def followed_by(self, time: float, lateness: float, pause: float) -> bool:
         """Whether a value with this stamp [s] may be of the same clock, after a pause [s] of at most so long; with none

@@ -32,6 +32,7 @@ import numpy as np
 from incsvr.numerics import Array
 from incsvr.signals.bursts import bursts
 from incsvr.signals.doubted_stamps import DoubtedStamps
+from incsvr.signals.steps import MIN_STEP_S
 
 JUMP_S = 10.0
 """Distance of a stamp from the newest beyond which it may be wrong, or of a clock that was set [s]."""
@@ -159,7 +160,7 @@ class Stream:
             if self.next.next is not None:  # once more, alone: nothing will ever belong to what was between
                 self.refuse("clocks_apart", len(self.next))
                 self.next = self.next.next
-        elif not self._doubted and 0.0 < time + self._wrapped - self.newest <= JUMP_S:
+        elif not self._doubted and MIN_STEP_S <= time + self._wrapped - self.newest <= JUMP_S:
             self.newest = time + self._wrapped
             self._time.append(self.newest)
             self._value.append(value)
@@ -232,7 +233,7 @@ class Stream:
         position = bisect_left(self._time, own)
         if own < self.settled:
             self.refuse("late")
-        elif position < len(self._time) and self._time[position] == own:
+        elif any(abs(near - own) < MIN_STEP_S for near in self._time[max(position - 1, 0) : position + 1]):
             self.refuse("duplicate")
         else:
             self._time.insert(position, own)
@@ -279,7 +280,7 @@ class Stream:
             return False
         own = time + self._wrapped
         step = np.diff(own, prepend=self.newest)
-        if not (step.min() > 0.0 and step.max() <= JUMP_S):
+        if not (step.min() >= MIN_STEP_S and step.max() <= JUMP_S):
             return False
         self._time.frombytes(own.tobytes())
         self._value.frombytes(value.tobytes())

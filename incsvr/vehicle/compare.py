@@ -16,6 +16,7 @@ from scipy.stats import t as student
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
+from incsvr.plant.terms import LINEAR, QUADRATIC
 from incsvr.vehicle.changes import changes
 from incsvr.vehicle.fitting import Fit, fit
 from incsvr.vehicle.held_out import spread_windows
@@ -26,7 +27,6 @@ from incsvr.vehicle.motion import WholeMotion, joined
 from incsvr.vehicle.scales import Scales
 from incsvr.vehicle.shown import Shown, not_determined, places, unit_of
 from incsvr.vehicle.structure import Pair, Structure
-from incsvr.vehicle.terms import LINEAR, QUADRATIC
 
 USUAL_SPEED = 1.5
 """Speed at which drags are compared, in RMS speeds of all dives: linear and quadratic coefficients trade off against

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, VELOCITIES
 from incsvr.plant.mass_and_coriolis import PAIRS, product_weights
+from incsvr.plant.terms import Term
 from incsvr.vehicle.structure import Structure
-from incsvr.vehicle.terms import Term
 
 ONE, VELOCITY, SIZE, PUSH, BACKWARD, DOWN, HEEL, QUANTITIES = 0, 1, 7, 13, 19, 25, 28, 30
 """Places of the quantities: one, ν, |ν|, τ, τ where it is negative (six each), the downward direction (three), what

@@ -19,6 +19,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import COEFFICIENT_NAMES
 from incsvr.plant.axes import AXES
+from incsvr.plant.terms import LINEAR, PRODUCT, QUADRATIC, Term, couplings, extras, own_damping, restoring
 from incsvr.vehicle.current import suspected_current
 from incsvr.vehicle.fitting import Fit, Windows, fit_from_afar
 from incsvr.vehicle.held_out import NO_VALIDATION, spread_windows, validated
@@ -29,7 +30,6 @@ from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.scales import Candidate, Scales
 from incsvr.vehicle.selection import MIN_EVIDENCE, LeftOut, extended, parts, reduced
 from incsvr.vehicle.structure import Pair, Structure, coupled_pairs
-from incsvr.vehicle.terms import LINEAR, PRODUCT, QUADRATIC, Term, couplings, extras, own_damping, restoring
 from incsvr.vehicle.validation import Course, Errors
 
 STEPS = 4

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from incsvr.plant.axes import AXES
-from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, UNKNOWN, Vehicle, mass_unit
-from incsvr.vehicle.terms import AXES_BY_RATE, LINEAR, QUADRATIC
+from incsvr.plant.terms import AXES_BY_RATE, LINEAR, QUADRATIC, mass_unit
+from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, UNKNOWN, Vehicle
 from incsvr.vehicle.validation import Errors
 
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
+from incsvr.plant.terms import Term, term
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.simulation import decay, simulate
 from incsvr.vehicle.structure import Structure
-from incsvr.vehicle.terms import Term
 
 ESTIMATED, DECLARED, ASSUMED = "estimated", "declared", "assumed"
 UNKNOWN, BOUND_REACHED = "not excited", "bound reached"
@@ -105,8 +105,8 @@ class Vehicle:
     def to_dict(self) -> dict[str, Any]:
         """The vehicle as plain data, in the form of a vehicle file."""
         terms: dict[str, dict[str, Any]] = {name: {} for name in self.axes}
-        for term, parameter in self.terms.items():
-            terms[term.axis][term.name] = {**parameter.to_dict(), "unit": term.unit}
+        for each, parameter in self.terms.items():
+            terms[each.axis][each.name] = {**parameter.to_dict(), "unit": each.unit}
         return {
             "vehicle_file": 1,
             "name": self.name,
@@ -123,7 +123,7 @@ class Vehicle:
     def from_dict(data: Mapping[str, Any]) -> Vehicle:
         """The vehicle whose to_dict gave `data`."""
         terms = {
-            _term(axis, name): Parameter.of(parameter)
+            term(axis, name): Parameter.of(parameter)
             for axis, named in data["terms"].items()
             for name, parameter in named.items()
         }
@@ -134,11 +134,6 @@ class Vehicle:
         return Vehicle(data["name"], _axes(data["axes"]), _axes(data["driven"]), mass, terms, lags, fastest, doubts)
 
 
-def mass_unit(one: str, other: str) -> str:
-    """Unit of the entry of M between two axes."""
-    return ("kg m²", "kg m", "kg")[AXES[one].along + AXES[other].along]
-
-
 def _axes(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in AXES if name in set(names))
 
@@ -146,8 +141,3 @@ def _axes(names: Sequence[str]) -> tuple[str, ...]:
 def _pair(key: str) -> tuple[str, str]:
     one, _, other = key.partition(",")
     return one, other
-
-
-def _term(axis: str, name: str) -> Term:
-    kind, _, of = name.partition(":")
-    return Term(axis, kind, tuple(of.split("*")) if of else ())

@@ -10,10 +10,10 @@ import numpy as np
 
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES, VELOCITIES
+from incsvr.plant.terms import BIAS, EFFORT, INFLOW, LINEAR, QUADRATIC, REVERSE, RIGHTING, WEIGHT, Term
 from incsvr.vehicle.fitting import Fit
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.structure import Pair, Structure
-from incsvr.vehicle.terms import BIAS, EFFORT, INFLOW, LINEAR, QUADRATIC, REVERSE, RIGHTING, WEIGHT, Term
 
 Candidate: TypeAlias = Term | str | Pair
 """A candidate addition to a structure: a term, the lag of an axis's effort by its name, or an entry of M."""

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array
+from incsvr.plant.terms import CROSS, EFFORT, PRODUCT, SQUARE
 from incsvr.vehicle.fitting import PRIOR_SCALES, Fit, Windows, fit, losses, normal_equations
 from incsvr.vehicle.scales import Candidate, Extension, Scales
-from incsvr.vehicle.terms import CROSS, EFFORT, PRODUCT, SQUARE
 
 COUPLINGS = (CROSS, PRODUCT, SQUARE, EFFORT)
 """Kinds of terms that a hull may have, and that are taken out where data do not need them."""

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
+from incsvr.plant.terms import LINEAR, QUADRATIC
 from incsvr.vehicle.forces import Forces
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.structure import Structure
-from incsvr.vehicle.terms import LINEAR, QUADRATIC
 
 MAX_STEP_DAMPING = 1.0
 """Largest product of a step and the rate of decay of a velocity: the method errs by less than 1 % of a step."""

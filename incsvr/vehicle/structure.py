@@ -10,8 +10,8 @@ from scipy.signal import lfilter
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
+from incsvr.plant.terms import Term
 from incsvr.vehicle.motion import WholeMotion
-from incsvr.vehicle.terms import Term
 
 Pair = tuple[str, str]
 """Row and column of an entry of M, by the names of their axes; a symmetric entry is named once."""

@@ -10,10 +10,10 @@ import numpy as np
 
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES
+from incsvr.plant.terms import PRODUCT, SQUARE, Term
 from incsvr.vehicle.motion import WholeMotion
 from incsvr.vehicle.simulation import simulate
 from incsvr.vehicle.structure import Structure
-from incsvr.vehicle.terms import PRODUCT, SQUARE, Term
 
 HORIZONS_S = (1.0, 5.0, 20.0)
 """The horizons at which predictions are judged [s]."""

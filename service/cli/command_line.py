@@ -16,6 +16,7 @@ from incsvr.errors import BadInput, Failed
 from service.cli.extras import how_to_install
 from service.cli.parser import Parser
 from service.cli.progress import without_bars
+from service.cli.terminal import spelt_controls
 
 COMMANDS = {
     "demo": (
@@ -129,7 +130,11 @@ COMMANDS = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command. Exit status: 0 done, 2 bad input (one sentence, no traceback), 1 failed."""
-    words = list(sys.argv[1:] if arguments is None else arguments)
+    with spelt_controls():
+        return _run(list(sys.argv[1:] if arguments is None else arguments))
+
+
+def _run(words: list[str]) -> int:
     chosen = words[0] if words and words[0] in COMMANDS else None
     if chosen == "serve":
         # Read by NumPy when it is loaded: on matrices of the learner's size further threads only cost.

@@ -96,10 +96,10 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
         facts.add_row("model", "none yet: the first follows the first batch")
         return facts
     words = words_of(axis)
-    sigma = "" if model.sigma is None else f", noise {model.sigma:.3g} {words.effort_unit}"
+    noise = "" if model.noise is None else f", noise {model.noise:.3g} {words.effort_unit}"
     traced = "" if model.inertia_in_force == model.inertia else f", traced ({model.inertia:g} declared)"
     inertia = f"{words.inertia_symbol} = {model.inertia_in_force:.4g} {words.inertia_unit}"
-    held = f"{len(model.support)} vectors, {inertia}{traced}{sigma}"
+    held = f"{len(model.support)} vectors, {inertia}{traced}{noise}"
     facts.add_row("model", f"revision {model.revision}, iteration {model.iteration}, of {model.t:.1f} s")
     facts.add_row("", held)
     if model.trained_range is not None:

@@ -12,6 +12,7 @@ from textwrap import wrap
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.cli.terminal import behind
 from service.wire.json_text import json_text, write_json
 
 WIDTH = 80
@@ -107,15 +108,16 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def emit(args: argparse.Namespace, result: Mapping[str, Any], text: str) -> None:
+def emit(args: argparse.Namespace, result: Mapping[str, Any], text: str, *, drawn: bool = False) -> None:
     """Prints `text` for people and, where `--json` was given, writes `result` for programs.
 
     A file is written first: nobody who stops reading the text loses it. With `--json -` standard output carries the
-    JSON object alone, and the text goes to standard error.
+    JSON object alone, and the text goes to standard error. A text that a console has `drawn` keeps its colours.
     """
     target: str | None = args.json
     if target not in (None, "-"):
         write_json(Path(target), result, indent=2)
-    print(text, file=sys.stderr if target == "-" else sys.stdout)
+    stream = sys.stderr if target == "-" else sys.stdout
+    print(text, file=behind(stream) if drawn else stream)
     if target == "-":
         print(json_text(result, indent=2))

@@ -8,8 +8,29 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
+from service.number import number_of, whole_number_of
+
 NUMBERS = {"int": "a whole number", "float": "a number"}
 """Words for the value of a flag, by the name of its argparse type."""
+
+
+class _Once(argparse.Action):
+    """A flag that has one value: given again, argparse would keep the last one and say nothing."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
+        if option_string is not None and self.dest in parser.given:
+            many = ", with all its values behind it" if self.nargs in ("+", "*") else ""
+            raise argparse.ArgumentError(self, f"it is given twice; give it once{many}")
+        parser.given.add(self.dest)
+        super().__call__(parser, namespace, values, option_string)
+
+
+class _Store(_Once, argparse._StoreAction):
+    pass
+
+
+class _StoreTrue(_Once, argparse._StoreTrueAction):
+    pass
 
 
 class Parser(argparse.ArgumentParser):
@@ -23,6 +44,11 @@ class Parser(argparse.ArgumentParser):
         if example:
             more |= {"epilog": f"example:\n  {example}", "formatter_class": argparse.RawDescriptionHelpFormatter}
         super().__init__(*args, **more)
+        for kind, read in ((float, number_of), (int, whole_number_of)):
+            self.register("type", kind, read)
+        for name, action in (("store", _Store), ("store_true", _StoreTrue)):
+            self.register("action", name, action)
+        self.register("action", None, _Store)
 
     @property
     def flags(self) -> list[str]:
@@ -39,6 +65,7 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parses as argparse does; the parser that knows the flags refuses the remainder."""
+        self.given: set[str] = set()
         found, left = super().parse_known_args(args, namespace)
         if left:
             flag = next((word for word in left if word.startswith("-")), None)

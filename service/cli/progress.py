@@ -44,8 +44,9 @@ def progress(what: str, total: int | None = None) -> Iterator[Advance]:
 @contextmanager
 def _bar(what: str, total: int | None) -> Iterator[Advance]:
     # Loaded where it is needed alone: a learner has no terminal.
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from service.cli.console import Console
 
     count = () if total is None else (MofNCompleteColumn(),)
     columns = (TextColumn("{task.description}"), BarColumn(), *count, TimeElapsedColumn())

@@ -28,6 +28,7 @@ from service.config.configuration import Config, merge, validate
 from service.config.sources import read as read_config
 from service.config.sources import sections
 from service.config.traced_effects import TracedEffects, configured_effects, read_effects
+from service.number import number_of
 from service.recordings import declared_inertia
 from service.recordings.log_refusals import refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
@@ -79,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _width(text: str) -> float:
     """A width of the filter [s], as a type of argparse."""
     try:
-        value = float(text)
+        value = number_of(text)
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value > 0.0):

@@ -171,7 +171,8 @@ class Fit:
             "curve": {
                 "rate": rates.tolist(),
                 "damping": curve.damping.tolist(),
-                "sigma": curve.curve_sigma.tolist(),
+                "sigma": curve.sigma.tolist(),
+                "doubt": curve.doubt.tolist(),
             },
             "coefficients": {name: value._asdict() for name, value in self.coefficients.items()},
             "coefficient_notes": self.coefficient_notes,

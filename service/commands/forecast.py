@@ -18,6 +18,7 @@ from service.cli.output import emit
 from service.commands.arguments import add_question_arguments
 from service.config.sources import from_arguments
 from service.health.health_watch import MIN_SILENCE_S
+from service.number import number_of
 from service.wire import ForecastQuery, ForecastReply, Health, StreamHealth
 
 SHOWN_ROWS = 20
@@ -118,7 +119,7 @@ def _planned(args: argparse.Namespace) -> ForecastQuery | None:
     try:
         with args.profile.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.DictReader(file))
-        times, torque = (tuple(float(row[name]) for row in rows) for name in ("t", "torque"))
+        times, torque = (tuple(number_of(row[name]) for row in rows) for name in ("t", "torque"))
         return ForecastQuery(t=times, torque=torque)
     except OSError as error:
         raise BadInput(f"{args.profile}: cannot be read ({error.strerror}); give a CSV file") from None

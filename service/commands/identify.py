@@ -21,6 +21,7 @@ from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.sources import read as read_config
 from service.config.vehicle_entries import is_name
 from service.config.vehicle_file import MARK, write_vehicle
+from service.number import number_of
 from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import refuse_implausible, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
@@ -105,7 +106,7 @@ def declared(given: str | None) -> dict[tuple[str, str], float]:
     if given is None:
         return {}
     try:
-        entries = [float(entry) for entry in given.split(",")]
+        entries = [number_of(entry) for entry in given.split(",")]
     except ValueError:
         raise BadInput(
             f"--mass-matrix {given}: give six numbers from surge to yaw, or 36, with commas between"

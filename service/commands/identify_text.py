@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from incsvr.plant.axes import AXES
+from incsvr.plant.terms import mass_unit
 from incsvr.vehicle import Identified, Parameter
-from incsvr.vehicle.model import mass_unit
 
 HORIZON_HEAD = "  {:<28}{}"
 

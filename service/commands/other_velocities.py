@@ -26,6 +26,7 @@ from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 from incsvr.signals.smoothing import smooth
 from service.config.configuration import Config
+from service.number import number_of
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
@@ -135,7 +136,7 @@ def coupled_axis(
 
 def _entries(text: str) -> tuple[float, ...]:
     try:
-        return tuple(float(entry) for entry in text.split(","))
+        return tuple(number_of(entry) for entry in text.split(","))
     except ValueError:
         raise BadInput(
             f"--mass-matrix {text}: give six numbers from surge to yaw, or 36, with commas between"

@@ -102,7 +102,7 @@ def _arguments(
     read_by = {each.flags for each in (*learned, *unseen) if isinstance(each, Log)}
     if len(read_by) > 1:
         raise BadInput("the logs were read with different flags; read all of them alike")
-    words = [*_flags(flags), *(word for each in read_by for word in each)]
+    words = dict.fromkeys((*_flags(flags), *(word for each in read_by for word in each)))
     paths = [[str(each.path if isinstance(each, Log) else _path(each)) for each in logs] for logs in (learned, unseen)]
     return _parsed(name, command, paths[0], words, paths[1])
 

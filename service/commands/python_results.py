@@ -9,12 +9,15 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
+from incsvr.learning.prediction import Prediction
 from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.terms import mass_unit
 from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Comparison, Identified
-from incsvr.vehicle.model import mass_unit
 from service.cli.extras import how_to_install
 from service.recordings.recording import Recording
 
@@ -96,8 +99,12 @@ class FitResult(CommandResult):
         return _plots().of_fit(self.pictures, self.axis)
 
     def to_frame(self) -> Any:
-        """The damping curve as a DataFrame of pandas: rate, damping and its standard deviation."""
+        """The damping curve as a DataFrame of pandas: rate, damping, sigma of a sample about it and its own doubt."""
         return _frame(self.result["curve"])
+
+    def predict(self, rate: ArrayLike) -> Prediction:
+        """Damping, sigma, doubt and whether it is extrapolated at (n,) rates, or one."""
+        return self.pictures.model.predict(rate)
 
 
 @dataclass(frozen=True, slots=True, repr=False)

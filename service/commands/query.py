@@ -14,6 +14,7 @@ from service.cli.output import emit
 from service.commands.arguments import add_question_arguments
 from service.config.configuration import Config
 from service.config.sources import from_arguments
+from service.number import number_of
 from service.wire import DampingReply, ModelSnapshot
 
 
@@ -38,8 +39,8 @@ def run(args: argparse.Namespace) -> int:
 
 HEADS = (("{rate} [{rate_unit}]", 16), ("damping [{effort_unit}]", 13), ("± sigma [{effort_unit}]", 13))
 """Heads of the columns, templates of `AxisWords`, and their least widths in characters."""
-DERIVATIVE_HEAD = ("derivative [{linear_unit}]", 22)
-"""The same of the damping's derivative, where the learner gives it."""
+FURTHER_HEADS = {"doubt": ("± doubt [{effort_unit}]", 13), "derivative": ("derivative [{linear_unit}]", 22)}
+"""Heads of the fields that an older learner does not give."""
 
 
 def velocities(given: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dict[str, list[float]]]:
@@ -55,7 +56,7 @@ def velocities(given: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dic
         own = not equals or name in ("rate", axis.rate)
         for part in text.split(","):
             try:
-                value = float(part)
+                value = number_of(part)
             except ValueError:
                 value = math.nan
             if not math.isfinite(value):
@@ -108,13 +109,12 @@ def not_learned(reply: DampingReply, learned: tuple[float, float] | None, axis: 
 
 def table(reply: DampingReply, axis: Axis = YAW) -> str:
     """The answer for people."""
-    heads = [(words_of(axis).fill(head), width) for head, width in HEADS]
+    given = (*HEADS, *(head for name, head in FURTHER_HEADS.items() if getattr(reply, name)))
+    heads = [(words_of(axis).fill(head), width) for head, width in given]
     heads[1:1] = [(name, 10) for name in reply.others]
-    if reply.derivative:
-        heads.append((words_of(axis).fill(DERIVATIVE_HEAD[0]), DERIVATIVE_HEAD[1]))
     lines = ["   ".join(f"{head:>{width}s}" for head, width in heads)]
     velocities_asked = zip(reply.rate, *reply.others.values(), strict=True)
-    moments = [each for each in (reply.damping, reply.sigma, reply.derivative) if each]
+    moments = [each for each in (reply.damping, reply.sigma, reply.doubt, reply.derivative) if each]
     for velocity, answer, extrapolated in zip(
         velocities_asked, zip(*moments, strict=True), reply.extrapolated, strict=True
     ):

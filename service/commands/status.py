@@ -9,10 +9,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from rich.console import Console
-
 from incsvr.plant.axes import YAW, Axis
 from service.bus.client import Client, bus_client
+from service.cli.console import Console
 from service.cli.display import screen
 from service.cli.output import WIDTH, emit
 from service.cli.vehicle_display import AxisState, vehicle_screen
@@ -38,7 +37,8 @@ def run(args: argparse.Namespace) -> int:
     if axes:
         result["axes"] = {axis: _plain(state) for axis, state in axes.items()}
     stream = sys.stderr if args.json == "-" else sys.stdout
-    emit(args, result, text(config.prefix, health, model, stream.isatty(), config.axis_asked, axes))
+    drawn = text(config.prefix, health, model, stream.isatty(), config.axis_asked, axes)
+    emit(args, result, drawn, drawn=True)
     levels = [health.level, *(state.health.level for state in axes.values())]
     return 0 if set(levels) == {"OK"} else 1
 

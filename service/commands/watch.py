@@ -17,13 +17,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.live import Live
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from service.bus.client import Client, NoAnswer, bus_client
 from service.bus.session import stop_event
+from service.cli.console import Console
 from service.cli.display import screen
 from service.cli.log_lines import iteration_line, learning_line
 from service.cli.output import WIDTH

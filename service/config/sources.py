@@ -50,6 +50,8 @@ def from_arguments(args: argparse.Namespace) -> Config:
     for name, value, flag in given:
         if value is not None or flag.startswith("--set"):
             path = tuple(name.split("."))
+            if path in origin:
+                raise BadInput(f"{flag}: {name} is given twice; keep one of them")
             origin[path] = flag
             flags = merge(flags, _nested(path, value))
     return read(args.config, flags, origin)

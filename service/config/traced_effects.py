@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from incsvr.errors import BadInput
 from service.config.configuration import Config
+from service.wire.json_text import read_json
 
 if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation
@@ -155,7 +156,7 @@ def _left_out(name: str) -> str:
 
 def _trace(path: Path) -> Mapping[str, Any]:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = read_json(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise BadInput(f"{path}: there is no such file; {_AGAIN}") from None
     except OSError as error:

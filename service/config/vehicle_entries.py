@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field, StrictFloat, StrictStr, ValidationError, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, StrictFloat, StrictStr, ValidationError, model_validator
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, VELOCITIES
 from incsvr.plant.mass_and_coriolis import mass_matrix
+from incsvr.plant.terms import mass_unit, term
 from service.config.core_yaml import quote
 from service.wire.form import Form
 
@@ -29,12 +30,31 @@ OF_AXES = {"righting": ("roll", "pitch"), "weight": ("surge", "sway", "heave")}
 Axis = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
 
 
-class Entry(Form):
+class Part(Form):
+    """A part of a vehicle file: unknown names are refused, because they are misspelt ones."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class Entry(Part):
     """A parameter; other fields than its value may be left out."""
 
     value: StrictFloat
     low: StrictFloat | None = None
     high: StrictFloat | None = None
+    origin: Literal["estimated", "declared", "assumed", "not excited", "bound reached"] | None = None
+    unit: StrictStr | None = None
+
+    @model_validator(mode="after")
+    def _low_is_below_high(self) -> Self:
+        if self.low is not None and self.high is not None and self.low > self.high:
+            raise ValueError(f"low ({self.low:g}) is above high ({self.high:g})")
+        return self
+
+    def in_unit(self, place: str, unit: str) -> None:
+        """Refuses another unit than that in which the number counts."""
+        if self.unit not in (None, unit):
+            raise ValueError(f"{place} is in {quote(self.unit or '')}; convert it to {unit}")
 
 
 class TimeConstant(Entry):
@@ -54,9 +74,10 @@ def _name(text: str) -> str:
     return text
 
 
-class Entries(Form):
+class Entries(Part):
     """All that a vehicle file must hold."""
 
+    vehicle_file: Literal[1]
     name: Annotated[StrictStr, AfterValidator(_name)]
     axes: list[Axis] = Field(min_length=1)
     driven: list[Axis]
@@ -88,6 +109,9 @@ class Entries(Form):
                     raise ValueError(f"{axis} has no term {quote(name)}; the head of a vehicle file lists the terms")
                 if name in DAMPING and entry.value < 0.0:
                     raise ValueError(f"terms.{axis}.{name} is negative; damping that opposes the motion is positive")
+                entry.in_unit(f"terms.{axis}.{name}", term(axis, name).unit)
+        for axis, lag in self.thrust_lag_s.items():
+            lag.in_unit(f"thrust_lag_s.{axis}", "s")
         return self
 
     @model_validator(mode="after")
@@ -100,6 +124,7 @@ class Entries(Form):
                     f"mass_matrix has no entry {quote(key)}; an entry is named by two axes, as surge,pitch"
                 )
             row, column = (names.index(axis) for axis in pair)
+            entry.in_unit(f"mass_matrix.{key}", mass_unit(*pair))
             if row != column and f"{pair[1]},{pair[0]}" in self.mass_matrix:
                 raise ValueError(f"mass_matrix holds both {key} and {pair[1]},{pair[0]}; it is symmetric: keep one")
             matrix[row, column] = matrix[column, row] = entry.value
@@ -126,6 +151,8 @@ def check_entries(values: Mapping[str, Any]) -> None:
         first = error.errors(include_url=False)[0]
         place = ".".join(str(part) for part in first["loc"] if part != "[key]")
         reason = first["msg"].removeprefix("Value error, ")
+        if first["type"] == "extra_forbidden":
+            reason = "a vehicle file has no such entry"
         where = f"{quote(place)}: " if place else ""
         raise BadInput(
             f"the vehicle file is incomplete or damaged: {where}{reason}; correct it, or write it anew with `incsvr "

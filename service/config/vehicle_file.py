@@ -63,7 +63,10 @@ def read_values(path: Path) -> Mapping[str, Any]:
     except (OSError, UnicodeDecodeError):
         raise BadInput(f"{path}: cannot be read as text; give a file that `incsvr identify --vehicle` wrote") from None
     values = parse(text, str(path)).value
-    if not isinstance(values, Mapping) or values.get("vehicle_file") != 1:
+    form = values.get("vehicle_file") if isinstance(values, dict) else None
+    if type(form) is int and form > 1:
+        raise BadInput(f"{path}: its form, vehicle_file: {form}, is newer than 1, which is read here; update incsvr")
+    if not isinstance(values, dict) or type(form) is not int or form != 1:
         raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --vehicle FILE` writes one")
     try:
         check_entries(values)

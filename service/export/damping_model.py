@@ -6,7 +6,6 @@ I ṙ + d(r) = τ. Tools that count hydrodynamic derivatives (Fossen, SNAME) hav
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from incsvr.learning.coefficients import COEFFICIENT_NAMES, coefficients, negati
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, root_mean_square
 from service.wire import ModelSnapshot
+from service.wire.json_text import read_json
 
 CURVE_RATES = 101
 """Rates of an exported curve."""
@@ -37,11 +37,13 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """The damping itself: (n,) rates [rad/s], damping [N m] and its doubt, one standard deviation [N m], if known."""
+    """The damping itself at (n,) rates [rad/s]: damping, the deviation sigma of one sample about it, and its own
+    doubt [N m], as far as they are known."""
 
     rate: Array
     damping: Array
-    sigma: Array | None
+    sigma: Array | None = None
+    doubt: Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +64,7 @@ class DampingModel:
         inertia: of body and water together [kg m²]: the declared one, or the traced one where that is another.
         linear, quadratic: N_r [N m s/rad] and N_{r|r|} [N m s²/rad²], positive where damping opposes.
         curve: over the rates that were learned.
-        noise: of a single sample [N m]; None where it is not known.
+        noise: the samples' own deviation [N m]; None where it is not known.
         effects: what was traced beside the damping.
     """
 
@@ -132,9 +134,8 @@ def of_snapshot(snapshot: ModelSnapshot, source: str) -> DampingModel:
     if model.several is not None:
         usual = zip(model.several.others, model.several.usual.tolist(), strict=True)
         source += "; a slice of damping over several velocities, at " + ", ".join(f"{n} {v:.3g}" for n, v in usual)
-    return _with_effects(
-        source, snapshot.inertia, model, Curve(at, curve.damping, curve.curve_sigma), snapshot.sigma, snapshot.effects
-    )
+    drawn = Curve(at, curve.damping, curve.sigma, curve.doubt)
+    return _with_effects(source, snapshot.inertia, model, drawn, snapshot.noise, snapshot.effects)
 
 
 def of_file(path: Path) -> DampingModel:
@@ -144,11 +145,11 @@ def of_file(path: Path) -> DampingModel:
         BadInput: it is none of these; the sentence names the file.
     """
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = read_json(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise BadInput(f"{path}: cannot be read ({error}); {EXPECTED_FILE}") from None
-    except ValueError:
-        raise BadInput(f"{path}: this is no JSON; {EXPECTED_FILE}") from None
+    except ValueError as error:
+        raise BadInput(f"{path}: this is no JSON ({error}); {EXPECTED_FILE}") from None
     try:
         return _of_fit(found, path) if "curve" in found else _of_trace(found, path)
     except (KeyError, TypeError, ValueError, AttributeError):
@@ -157,14 +158,17 @@ def of_file(path: Path) -> DampingModel:
 
 def _of_fit(found: Mapping[str, Any], path: Path) -> DampingModel:
     linear, quadratic = (Value(**found["coefficients"][name]) for name in COEFFICIENT_NAMES)
-    curve = Curve(*(np.array(found["curve"][name], dtype=np.float64) for name in ("rate", "damping", "sigma")))
+    given = {name: np.array(each, dtype=np.float64) for name, each in found["curve"].items()}
+    if "doubt" not in given:  # of an earlier release, which called it sigma
+        given["doubt"] = given.pop("sigma")
+    curve = Curve(**given)
     return DampingModel(f"incsvr fit, {path.name}", Value(float(found["inertia"])), linear, quadratic, curve, None, ())
 
 
 def _of_trace(found: Mapping[str, Any], path: Path) -> DampingModel:
     model = found["model"]
-    curve = Curve(np.array(model["rate"]), np.array(model["damping"]), None)
-    return _with_effects(f"incsvr trace, {path.name}", model["inertia"], None, curve, model["sigma"], found["effects"])
+    curve = Curve(np.array(model["rate"]), np.array(model["damping"]))
+    return _with_effects(f"incsvr trace, {path.name}", model["inertia"], None, curve, None, found["effects"])
 
 
 def _with_effects(

@@ -23,7 +23,7 @@ def rows(model: DampingModel) -> list[tuple[str, Value, str]]:
         ("form_error_rms", Value(model.form_error), "N m"),
     ]
     if model.noise is not None:
-        found.append(("sample_noise", Value(model.noise), "N m"))
+        found.append(("noise", Value(model.noise), "N m"))
     # The unit of a traced parameter stands in its name.
     return found + [
         (f"{effect.name}.{name}", value, "") for effect in model.effects for name, value in effect.parameters.items()
@@ -50,7 +50,7 @@ def as_json(model: DampingModel) -> dict[str, Any]:
         "inertia": _plain(model.inertia),
         "valid": [low, high],
         "form_error_rms": model.form_error,
-        "sample_noise": model.noise,
+        "noise": model.noise,
         "effects": [
             {
                 "effect": effect.name,
@@ -63,6 +63,7 @@ def as_json(model: DampingModel) -> dict[str, Any]:
             "rate": curve.rate.tolist(),
             "damping": curve.damping.tolist(),
             "sigma": None if curve.sigma is None else curve.sigma.tolist(),
+            "doubt": None if curve.doubt is None else curve.doubt.tolist(),
         },
     }
 

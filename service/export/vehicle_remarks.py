@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from incsvr.plant.axes import AXES
+from incsvr.plant.terms import RIGHTING, WEIGHT, Term
 from incsvr.vehicle import Vehicle
 from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, UNKNOWN
-from incsvr.vehicle.terms import RIGHTING, WEIGHT, Term
 from service.export.rigid_body import RigidBody
 
 STANDARD_GRAVITY = 9.80665

@@ -15,8 +15,8 @@ import numpy as np
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import VELOCITIES
+from incsvr.plant.terms import RIGHTING, Term
 from incsvr.vehicle import Vehicle
-from incsvr.vehicle.terms import RIGHTING, Term
 from service.export.fragment import fragment
 from service.export.rigid_body import RigidBody
 from service.export.vehicle_remarks import STANDARD_GRAVITY, vehicle_remarks

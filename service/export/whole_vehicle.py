@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from incsvr.plant.axes import AXES, VELOCITIES
+from incsvr.plant.terms import Term
 from incsvr.vehicle import Vehicle
 from incsvr.vehicle.simulation import MAX_STEP_DAMPING, MAX_SUBSTEPS
-from incsvr.vehicle.terms import Term
 from service.export.vehicle_remarks import doubts
 
 _MODULE = '''\

@@ -16,7 +16,7 @@ from service.health.stream_monitor import StreamMonitor
 from service.learner.node import LearnerNode
 
 CURES = {
-    frozenset({"not_json", "wrong_form", "wrong_type", "unequal_length"}): (
+    frozenset({"not_json", "wrong_form", "wrong_type", "unequal_length", "name_twice"}): (
         'a measurement is {{"t": 12.34, "value": 0.083}}, or {{"t": [12.34, 12.36], "value": [0.083, 0.081]}}, as JSON'
     ),
     frozenset({"implausible"}): (

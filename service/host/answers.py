@@ -11,6 +11,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 import zenoh
@@ -41,6 +42,11 @@ MAX_REPORTS = 200
 MAX_REPORT_BYTES = 400_000
 """The size after which an answer with several reports ends; the next question goes on from there."""
 
+FEEDFORWARD_MODULE = "incsvr.compensation.feedforward"
+"""The module that feed-forward needs: with the catalogue of effects it brings 688 modules and 66 MB, 2 s of work."""
+_LOADED = threading.Event()
+"""Set once it is loaded, by whichever learner of the process was asked first."""
+
 Answer = Callable[[zenoh.Query], bytes]
 
 
@@ -56,8 +62,11 @@ class Answers:
         self._damping_ring: Any = session.declare_queryable(
             keys.damping, RingChannel(DAMPING_RING_PLACES), complete=True
         )
-        self._damping_key = keys.damping
+        self._damping_key, self._feedforward_key = keys.damping, keys.feedforward
         self._from_history: deque[zenoh.Query] = deque(maxlen=SLOW_RING_PLACES)
+        #: Loads what feed-forward needs when somebody asks for it first, while others are answered.
+        self._loader = threading.Thread(target=_load, name="load", daemon=True)
+        self._until_loaded: deque[zenoh.Query] = deque(maxlen=SLOW_RING_PLACES)
         #: What an operator decides, each in a queryable of its own: access control sees a question's key alone.
         decisions: dict[OperatorVerb, str] = {"promote": keys.promote, "withdraw": keys.withdraw}
         self._decisions: list[tuple[OperatorVerb, str, Any]] = [
@@ -107,16 +116,27 @@ class Answers:
             answered = False
             for key, ring, answer in self._rings:
                 query = ring.try_recv()
-                if query is not None:
+                if query is not None and answer == self._feedforward and not _LOADED.is_set():
+                    self._load_for(query)
+                elif query is not None:
                     self._reply(query, key, answer)
                     answered = True
                 # A query is finished when it is dropped: leaving the name bound would hold it until the next one.
                 del query
+            if self._until_loaded and not self._loader.is_alive():
+                self._reply(self._until_loaded.popleft(), self._feedforward_key, self._feedforward)
+                answered = True
             if self._from_history:
                 self._reply(self._from_history.popleft(), self._damping_key, self._damping_in_history)
                 answered = True
             if not answered:
                 return
+
+    def _load_for(self, query: zenoh.Query) -> None:
+        """Keeps a question for feed-forward until what it needs is loaded."""
+        self._until_loaded.append(query)
+        if self._loader.ident is None:
+            self._loader.start()
 
     def close(self) -> None:
         for ring in (*(ring for _, ring, _ in self._rings), *(ring for _, _, ring in self._decisions)):
@@ -238,6 +258,11 @@ class Answers:
         if "at" in asked:
             return self._history.at(questions.number("at", asked["at"]))
         return self._history.revision(questions.whole_number("revision", asked["revision"], 2**62))
+
+
+def _load() -> None:
+    import_module(FEEDFORWARD_MODULE)
+    _LOADED.set()
 
 
 def _decision(decided: Callable[[OperatorVerb, str], bytes], verb: OperatorVerb, query: zenoh.Query) -> bytes:

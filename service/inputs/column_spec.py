@@ -52,6 +52,8 @@ def parse_columns(columns: Sequence[str], topics: Sequence[Topic], others: Seque
         name = name.strip()
         if not (equals and place.strip() and _NAME.match(name)):
             raise BadInput(f"--column {text}: {COLUMN_EXAMPLE}")
+        if names.count(name) > 1:
+            raise BadInput(f"--column {text}: {name} is given twice; keep one of them")
         wanted = intended_quantity(name, names)
         if wanted is not None:
             raise BadInput(f"--column {text}: there is no quantity {name}; did you mean {wanted}={place.strip()}?")

@@ -9,6 +9,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from incsvr.plant.words import AxisWords
 from service.config.configuration import Config
+from service.number import number_of
 from service.wire import Numbers
 
 MAX_RATES = 5_000
@@ -94,7 +95,7 @@ def parse_numbers(name: str, text: str, unit: str) -> Numbers:
     if text.count(",") >= MAX_RATES:
         raise BadInput(f"these are more than {MAX_RATES} values; ask in several queries")
     try:
-        return tuple(map(float, text.split(",")))
+        return tuple(map(number_of, text.split(",")))
     except ValueError:
         if "&" in text:
             raise BadInput(f"{name}={text[:80]}: separate velocities by ;, as in rate=0.1;surge=0.5") from None

@@ -132,6 +132,6 @@ def _drag(model: Model, speed: float) -> tuple[str, float, float, int] | None:
     if not learned.any():
         return None
     estimate = float(np.mean((found.damping * (1.0, -1.0))[learned]))
-    error = float(np.sqrt(np.sum(found.curve_sigma[learned] ** 2))) / int(learned.sum())
+    error = float(np.sqrt(np.sum(found.doubt[learned] ** 2))) / int(learned.sum())
     quantity = "drag" if learned.all() else "drag_ahead" if learned[0] else "drag_back"
     return quantity, estimate, error, max(model.support_rate.size - 2, MIN_FREEDOM)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.signals.steps import refuse_steps
 from service import wire
 from service.learner.node import LearnerNode
 from service.learner.published import check_trained
+from service.learner.questions import refuse_effort
 from service.learner.stand_in import ForecastFromStart
 
 
@@ -35,12 +37,9 @@ def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.
             raise BadInput(
                 "times are in seconds since the last measurement: let them begin at zero or later and increase"
             )
-        limit, words = node.config.vehicle.torque_limit, node.words
-        if not np.abs(torque).max() <= limit:
-            raise BadInput(
-                f"a {words.effort} of {torque[np.abs(torque).argmax()]:g} {words.effort_unit} is planned; plan within "
-                f"the plausible ±{limit:g} {words.effort_unit} (vehicle.torque_limit)"
-            )
+        refuse_steps(t, "the times of a plan")
+        refuse_steps(at, "the times of the answers")
+        refuse_effort(torque, node.config.vehicle.torque_limit, node.words)
         ahead = stand_in.under(served.model, smoothing, believed, t, torque, at)
     found = ahead.forecast
     return wire.ForecastReply(

@@ -14,6 +14,7 @@ from service import wire
 from service.learner.damping_query import MAX_RATE
 from service.learner.node import LearnerNode
 from service.learner.published import ServedModel, check_trained
+from service.learner.questions import refuse_effort
 
 
 def feedforward_reply(
@@ -49,6 +50,7 @@ def feedforward_reply(
     found = feedforward(
         plan, learned.damping, learned.sigma, node.config.vehicle.inertia, compensation, node.words, coupled
     )
+    refuse_effort(found.torque, node.config.vehicle.torque_limit, node.words)
     remarks = [f"{name} is not planned: it is held at {value:.3g}, as last measured" for name, value in held.items()]
     remarks += found.remarks
     if learned.extrapolated.any():

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
+import numpy as np
 import zenoh
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.words import AxisWords
 from service import wire
 from service.learner.damping_query import DampingQuery, checked_query, parse_numbers
+from service.number import number_of, whole_number_of
 
 MAX_QUESTION_BYTES = 250_000
 """The longest payload of a question that is read."""
@@ -82,6 +85,15 @@ def profile(query: zenoh.Query) -> bytes | None:
     return query.payload.to_bytes()
 
 
+def refuse_effort(effort: Array, limit: float, words: AxisWords) -> None:
+    """Refuses a plan with an effort (n,) [N m] beyond the plausible `limit`, whether it is asked or what it takes."""
+    if not np.abs(effort).max() <= limit:
+        raise BadInput(
+            f"a {words.effort} of {effort[np.abs(effort).argmax()]:g} {words.effort_unit} is planned; plan within "
+            f"the plausible ±{limit:g} {words.effort_unit} (vehicle.torque_limit)"
+        )
+
+
 def number(name: str, text: str) -> float:
     """The finite number that a parameter is.
 
@@ -89,7 +101,7 @@ def number(name: str, text: str) -> float:
         BadInput: it is none.
     """
     try:
-        value = float(text)
+        value = number_of(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
@@ -104,7 +116,7 @@ def whole_number(name: str, text: str | None, most: int) -> int:
         BadInput: it is none.
     """
     try:
-        value = int(text or "")
+        value = whole_number_of(text or "")
     except ValueError:
         value = -1
     if not 0 <= value <= most:

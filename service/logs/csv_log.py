@@ -17,6 +17,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.table import ROWS, Table, Topic
 from service.logs.opening import GZIP, first_bytes
+from service.number import number_of
 
 _DELIMITERS = ",;\t|"
 EMPTY_CELLS = {"", "nan", "na", "n/a", "null", "none", "-"}
@@ -115,7 +116,7 @@ def _numbers(cells: Sequence[str], point: str) -> Array | None:
 
 def _parsed(cell: str, point: str) -> float | None:
     try:
-        return float(cell)
+        return number_of(cell)
     except ValueError:
         pass
     if cell.lower() in EMPTY_CELLS:
@@ -124,7 +125,7 @@ def _parsed(cell: str, point: str) -> float | None:
         return float(cell.lower() == "true")
     if point == ",":
         try:
-            return float(cell.replace(",", "."))
+            return number_of(cell.replace(",", "."))
         except ValueError:
             return None
     return None

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.number import number_of
 
 MIN_STAMP_SINCE_1970_S = 1e9
 """The stamp beyond which stamps are seconds since 1970 (2001) [s]; a log's own clock never shows so many."""
@@ -130,7 +131,7 @@ def instant(text: str) -> Instant:
         if hours < 24 and minutes < 60 and seconds < 60.0:
             return Instant(text, 3600.0 * hours + 60.0 * minutes + seconds, True)
     try:
-        value = float(text)
+        value = number_of(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):

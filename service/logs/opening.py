@@ -11,8 +11,8 @@ from incsvr.errors import BadInput
 from service.logs.archive_files import archive_files
 from service.logs.log import Log
 
-HEAD_BYTES = 64
-"""Bytes from which a format is told."""
+HEAD_BYTES = 320
+"""Bytes from which a format is told; a packet of MAVLink with its stamp, and the next one's, are within them."""
 GZIP = b"\x1f\x8b"
 ZSTD = b"\x28\xb5\x2f\xfd"
 _MAGIC = (
@@ -23,10 +23,12 @@ _MAGIC = (
     (b"PAR1", "parquet_log"),
     (b"\xa3\x95", "dataflash_log"),
 )
-_PACKET = (0xFE, 0xFD)
-"""First byte of a MAVLink packet, version 1 and 2; in a telemetry log it follows eight bytes of time."""
+MIN_PACKET_BYTES = 8
+"""Bytes of the shortest packet of MAVLink."""
 _YEARS = (9.4e14, 4.1e15)
-"""Microseconds since 1970 that a telemetry log may bear: from 2000 to 2099."""
+"""Microseconds since 1970 that a telemetry log may bear: from 2000 to 2099, or before where the clock was not set."""
+STAMP_BYTES = 8
+"""Bytes of the time of arrival before each packet: µs since 1970, big-endian."""
 
 
 def open_any(path: Path) -> Log:
@@ -100,4 +102,15 @@ def _inflated(path: Path) -> bytes:
 
 
 def _is_telemetry(head: bytes) -> bool:
-    return len(head) > 8 and head[8] in _PACKET and _YEARS[0] < int.from_bytes(head[:8], "big") < _YEARS[1]
+    size, stamp = packet_size(head[STAMP_BYTES:]), int.from_bytes(head[:STAMP_BYTES], "big")
+    following = head[STAMP_BYTES + size + STAMP_BYTES :][:1]
+    return size > 0 and stamp < _YEARS[1] and (stamp > _YEARS[0] or following in (b"\xfe", b"\xfd"))
+
+
+def packet_size(header: bytes) -> int:
+    """Bytes of the MAVLink packet, version 1 or 2, that begins with these; 0 where none does."""
+    if len(header) < MIN_PACKET_BYTES:
+        return 0
+    first, length, flags = header[0], header[1], header[2]
+    signature = 13 if flags & 1 else 0
+    return {0xFE: 8 + length, 0xFD: 12 + length + signature}.get(first, 0)

@@ -17,18 +17,15 @@ from service.inputs.owners import AUTOPILOT
 from service.inputs.table import Table, Topic
 from service.logs.choosing import choose_vehicle
 from service.logs.damage import Damage
+from service.logs.opening import MIN_PACKET_BYTES, STAMP_BYTES, packet_size
 from service.logs.packages import load_package
 from service.logs.table_builder import TableBuilder
 
-STAMP_BYTES = 8
-"""Bytes of the time of arrival before each packet: µs since 1970, big-endian."""
 MAX_COPY_DELAY_S = 10.0
 """The time by which a second link may be late [s]: a busy sender's sequence numbers, of 8 bits, begin anew after
 that."""
 LINK_NAME = "the link"
 """The name for the sender of packets that nobody can read."""
-MIN_PACKET_BYTES = 8
-"""Bytes of the shortest packet."""
 
 
 class TelemetryLog:
@@ -95,13 +92,15 @@ def messages(content: bytes, dialect: Any, damage: Damage) -> Iterator[tuple[flo
     framed, copies = 0, PacketCopies()
     while place + STAMP_BYTES + MIN_PACKET_BYTES <= end:
         begin = place + STAMP_BYTES
-        size = _size(content[begin : begin + MIN_PACKET_BYTES])
+        size = packet_size(content[begin : begin + MIN_PACKET_BYTES])
         if size:
             packet, message = content[begin : begin + size], None
             try:
                 message = decoder.decode(bytearray(packet))
             except dialect.MAVError as error:
-                if framed := _size(content[begin + size + STAMP_BYTES : begin + size + STAMP_BYTES + MIN_PACKET_BYTES]):
+                if framed := packet_size(
+                    content[begin + size + STAMP_BYTES : begin + size + STAMP_BYTES + MIN_PACKET_BYTES]
+                ):
                     damage.add_broken(LINK_NAME, error)
             if message is not None:
                 damage.add_read(LINK_NAME)
@@ -134,15 +133,6 @@ class PacketCopies:
             self._numbers[sender] = number
             self._came.setdefault(packet, arrival)
         return again
-
-
-def _size(header: bytes) -> int:
-    """Bytes of the packet that begins with these; 0 where none does."""
-    if len(header) < MIN_PACKET_BYTES:
-        return 0
-    first, length, flags = header[0], header[1], header[2]
-    signature = 13 if flags & 1 else 0
-    return {0xFE: 8 + length, 0xFD: 12 + length + signature}.get(first, 0)
 
 
 def _plain(value: Any) -> Any:

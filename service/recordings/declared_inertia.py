@@ -14,6 +14,7 @@ from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress
 from service.config.configuration import Config
+from service.number import number_of
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import signals_for
 
@@ -77,7 +78,7 @@ def inertia(
 def positive(given: str, words: AxisWords) -> float:
     """A number above zero; argparse would answer a word with its usage, not with one sentence."""
     try:
-        value = float(given)
+        value = number_of(given)
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value > 0.0):

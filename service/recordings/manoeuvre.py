@@ -16,8 +16,10 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import EFFORTS, VELOCITIES
+from incsvr.signals.steps import refuse_steps
 from incsvr.tracing.findings import Finding
 from service.cli.output import writing
+from service.number import number_of
 
 Profile = tuple[Array, Array]
 PLAN_STEP_S = 0.02
@@ -108,12 +110,13 @@ def _columns(path: Path, rows: Sequence[Sequence[str]], names: Sequence[str]) ->
         raise BadInput(
             f"{path}, row {backwards[0] + 3}: t does not increase after {columns[backwards[0], 0]:g} s; sort the rows"
         )
+    refuse_steps(columns[:, 0], f"{path}: the times")
     return columns
 
 
 def _numbers(path: Path, number: int, row: Sequence[str], names: Sequence[str], places: Sequence[int]) -> list[float]:
     try:
-        values = [float(row[place]) for place in places]
+        values = [number_of(row[place]) for place in places]
     except (ValueError, IndexError):
         values = [math.nan]
     if not all(map(math.isfinite, values)):

@@ -15,6 +15,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
+from incsvr.signals.steps import refuse_steps
 from service.cli.progress import progress
 from service.config.configuration import Config
 from service.inputs.arming import Spans, arming_spans, is_within
@@ -185,6 +186,8 @@ class Reading:
         if measured.armed is not None:
             on = is_within(instants - shift, arming_spans(*measured.armed))
             streams = {**streams, ARMED_CHANNEL: (instants, on.astype(np.float64))}
+        for name, (stamps, _) in streams.items():
+            refuse_steps(stamps, f"{path}: the times of {name}")
         recording = from_streams(path.name, streams)
         try:
             recording = cut_recording(recording, self.cut, None if since_1970 is None else since_1970 - shift)

@@ -22,10 +22,12 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
+from incsvr.signals.steps import refuse_steps
 from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.clocks import set_at, without_leaps
 from service.logs.csv_log import EMPTY_CELLS
 from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970
+from service.number import number_of
 from service.recordings.recording import Recording, of_axis, own_columns
 
 RATE_LIMIT = YAW.fastest
@@ -87,6 +89,8 @@ def read(
             f"{path}, row {rows[beyond[0]]}: {rate} is {columns[rate][beyond[0]]:g}, beyond the plausible "
             f"±{rate_limit:g} {'m/s' if axis.along else 'rad/s'}{degrees}{faster}"
         )
+    for name, values in columns.items():
+        refuse_steps(time[~np.isnan(values)], f"{path}: the times of {name}")
     merged = Recording(path.name, *_merged(path, time, columns, rows), notes=tuple(set_at(at) for at in sets))
     return of_axis(merged, axis)
 
@@ -155,7 +159,7 @@ def _check_header(path: Path, header: Sequence[str], axis: Axis) -> None:
 
 def _is_number(cell: str) -> bool:
     try:
-        float(cell)
+        number_of(cell)
     except ValueError:
         return not cell  # an empty cell stands for a number that was not sampled
     return True
@@ -164,7 +168,7 @@ def _is_number(cell: str) -> bool:
 def _numbers(path: Path, name: str, cells: Sequence[str]) -> Array:
     """A column as numbers, NaN for cells in whose place nothing was sampled."""
     try:
-        values = np.array([float(cell) if cell else nan for cell in cells])
+        values = np.array([number_of(cell) if cell else nan for cell in cells])
     except ValueError:
         values = np.array([_number(path, name, row, cell) for row, cell in enumerate(cells, start=2)])
     for row in np.flatnonzero(~np.isfinite(values)):
@@ -178,7 +182,7 @@ def _numbers(path: Path, name: str, cells: Sequence[str]) -> Array:
 
 def _number(path: Path, name: str, row: int, cell: str) -> float:
     try:
-        return nan if cell.strip().lower() in EMPTY_CELLS else float(cell)
+        return nan if cell.strip().lower() in EMPTY_CELLS else number_of(cell)
     except ValueError:
         raise BadInput(
             f"{path}, row {row}: {name} is {cell.strip()!r}, which is no number; "

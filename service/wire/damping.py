@@ -15,10 +15,11 @@ class DampingReply(Form):
 
     rate: Numbers  # rad/s
     damping: Numbers  # N m
-    sigma: Numbers  # N m, one standard deviation of a sample there
+    sigma: Numbers  # N m, standard deviation of one sample about the curve
     extrapolated: tuple[bool, ...]
     iteration: int
     revision: int
+    doubt: Numbers = ()  # N m, standard deviation of the curve; none of an older learner
     derivative: Numbers = ()  # N m s/rad, of the damping by the axis's own velocity; none of an older learner
     others: dict[str, Numbers] = Field(default={}, exclude_if=operator.not_)  # the further velocities, as asked
 

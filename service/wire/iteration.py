@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from service.wire.form import Form, Numbers
+from service.wire.form import Form, Numbers, WithNoise
 from service.wire.model import Points
 
 SETS = ("old", "new", "support", "forgotten", "discarded_tube", "discarded_near", "outliers")
@@ -39,7 +39,7 @@ class Batch(Form):
     parts: dict[str, Numbers] = Field(default_factory=dict)  # N m
 
 
-class IterationReport(Form):
+class IterationReport(WithNoise):
     """`…/iteration`: all that Fig. 5-6 draw, and what a table of the iteration holds.
 
     `old` are the support vectors before it, `new` the samples that passed the inclusion criterion, `support` those
@@ -65,7 +65,6 @@ class IterationReport(Form):
     batch: Batch = Batch()
     certified_error: float | None = None  # N m
     progressive_mae: float | None = None  # MAE on the batch before it was learned [N m]
-    sigma: float | None = None  # N m
     validation: tuple[Validation, ...] = ()  # where validation data is configured
     learned: float = 0.0
     change: str | None = None  # what the learner noticed about the vehicle, in words

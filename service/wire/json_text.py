@@ -1,4 +1,5 @@
-"""The one place that writes JSON: valid by RFC 8259, which has no NaN and no infinity; what is no number is null.
+"""The one place that writes JSON: valid by RFC 8259, which has no NaN and no infinity; what is no number is null; and
+the one that reads what others wrote, in which no name may stand twice: readers keep the first or the last of them.
 
 Payloads of the bus are pydantic's (`encode`), which write null in the same places.
 """
@@ -14,6 +15,10 @@ from typing import Any
 import numpy as np
 
 
+class RepeatedName(ValueError):
+    """A name stands twice in an object of JSON."""
+
+
 def json_text(value: Any, *, indent: int | None = None) -> str:
     """A value as JSON, floats to the last bit; NumPy's arrays and numbers are written as lists and numbers."""
     try:
@@ -25,6 +30,27 @@ def json_text(value: Any, *, indent: int | None = None) -> str:
 def write_json(path: Path, value: Any, *, indent: int | None = None) -> None:
     """Writes a value as a file of JSON that ends its last line."""
     path.write_text(json_text(value, indent=indent) + "\n", encoding="utf-8")
+
+
+def read_json(text: bytes | str) -> Any:
+    """The value of a JSON text.
+
+    Raises:
+        ValueError: it is none, or gives a name twice.
+    """
+    try:
+        return json.loads(text, object_pairs_hook=_each_once)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+
+
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise RepeatedName(f"{twice[:80]} is given twice; keep one of them")
+    return found
 
 
 def _plain(value: Any) -> Any:

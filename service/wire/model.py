@@ -14,7 +14,7 @@ from incsvr.learning.model import Model
 from incsvr.learning.several_velocities.surface import Several
 from incsvr.learning.spread import KNOT_COUNT, PRIOR_SAMPLES, Spread
 from incsvr.plant.mass_and_coriolis import inertia_in_force
-from service.wire.form import Form, Numbers
+from service.wire.form import Form, Numbers, WithNoise
 
 
 class Points(Form):
@@ -76,14 +76,14 @@ class WaterMotion(Form):
 
 
 class NoiseByRate(Form):
-    """The noise's variance as a share of sigma², at rates evenly from 0 to the fastest; alike to both sides."""
+    """The noise's variance as a share of noise², at rates evenly from 0 to the fastest; alike to both sides."""
 
     fastest: float = 1.0  # rad/s
     variance: Numbers = (1.0,) * KNOT_COUNT
     seen: Numbers = (PRIOR_SAMPLES,) * KNOT_COUNT  # samples that each stands for
 
 
-class ModelSnapshot(Form):
+class ModelSnapshot(WithNoise):
     """`…/model`: the served model after an iteration. `t` is the vehicle's time of the newest sample in it [s]."""
 
     boot: str  # another one for each start of the learner
@@ -96,7 +96,6 @@ class ModelSnapshot(Form):
     support: Support
     inertia: float  # kg m², dry and added
     effects: tuple[dict[str, Any], ...] = ()  # the promoted effects, as in the ledger
-    sigma: float | None = None  # noise level of the samples [N m]
     trained_range: tuple[float, float] | None = None  # rad/s; beyond it the model extrapolates
     certified_error: float | None = None  # N m, bound of sup |f − f*|
     correlation: float = 0.0  # of the noise of two samples that follow each other
@@ -121,7 +120,7 @@ class ModelSnapshot(Form):
             support_damping=np.array(support.damping),
             weight=np.array(support.weight),
             count=np.array(support.count) if support.count else np.ones(len(support)),
-            sigma=math.nan if self.sigma is None else self.sigma,
+            sigma=math.nan if self.noise is None else self.noise,
             certified_error=self.certified_error or 0.0,
             correlation=self.correlation,
             water=Water(**self.water.model_dump()),

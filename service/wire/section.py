@@ -79,11 +79,17 @@ class Section(BaseModel):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _true_is_no_number(cls, given: Any, info: ValidationInfo) -> Any:
-        """Refuses true and false where a number is meant: pydantic would read them as 1 and 0."""
+    def _is_spelt_as_its_kind(cls, given: Any, info: ValidationInfo) -> Any:
+        """Refuses true, false and 350_0 where a number is meant: pydantic would read them as 1, 0 and 3500."""
         kinds = set(_kinds(cls.model_fields[info.field_name or ""].annotation))
-        if _holds_boolean(given) and not kinds & {bool, Any} and not any(_is_section(kind) for kind in kinds):
+        if any(_is_section(kind) for kind in kinds) or Any in kinds:
+            return given
+        if bool not in kinds and any(isinstance(each, bool) for each in _entries(given)):
             raise ValueError("give a number, a text or a list")
+        if str not in kinds and kinds & {int, float}:
+            for each in _entries(given):
+                if isinstance(each, str) and "_" in each:
+                    raise ValueError("write the digits of a number without _")
         return given
 
 
@@ -99,7 +105,12 @@ def _is_section(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, Section)
 
 
-def _holds_boolean(given: Any) -> bool:
+def _entries(given: Any) -> Iterator[Any]:
+    """A value, or all that a list or a mapping holds at its ends."""
     if isinstance(given, Mapping):
         given = list(given.values())
-    return any(map(_holds_boolean, given)) if isinstance(given, list | tuple) else isinstance(given, bool)
+    if not isinstance(given, list | tuple):
+        yield given
+        return
+    for each in given:
+        yield from _entries(each)

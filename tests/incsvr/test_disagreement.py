@@ -41,7 +41,7 @@ def test_a_curve_that_fresh_samples_confirm_keeps_its_doubt(model: Model) -> Non
 
 
 def test_the_doubt_becomes_as_wide_as_the_error_that_shows(model: Model) -> None:
-    claimed = float(model.predict([0.1]).curve_sigma[0]) / model.widening
+    claimed = float(model.predict([0.1]).doubt[0]) / model.widening
     widths = [claimed * after(model, 6.0, seed=seed).widening for seed in range(10)]
     assert np.mean(widths) == pytest.approx(6.0, rel=0.25)
 

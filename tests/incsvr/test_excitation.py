@@ -95,8 +95,8 @@ def test_a_survey_teaches_its_turns_and_no_leg_drives_the_vehicle(policy: Policy
     rates = np.concatenate([np.linspace(-0.2, -0.02, 10), np.linspace(0.02, 0.2, 10)])
     said, true = state.model.predict(rates), leng.damping(rates)
     assert (np.abs(said.damping - true) <= np.maximum(0.1 * np.abs(true), 1.5 * WATER)).all()
-    assert (np.abs(said.damping - true) <= 3.0 * said.curve_sigma).all()
-    assert (said.damping * np.sign(rates) >= -1.96 * said.curve_sigma).all()
+    assert (np.abs(said.damping - true) <= 3.0 * said.doubt).all()
+    assert (said.damping * np.sign(rates) >= -1.96 * said.doubt).all()
 
 
 def test_the_papers_experiment_is_evidence_nearly_throughout() -> None:

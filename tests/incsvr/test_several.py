@@ -179,7 +179,7 @@ def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: Policy) 
     assert not model.over(known).extrapolated.any()
     said = model.over(far)
     assert said.extrapolated.all()
-    assert (said.curve_sigma > 2.0 * model.over(known).curve_sigma.max()).all()
+    assert (said.doubt > 2.0 * model.over(known).doubt.max()).all()
     assert np.isfinite(said.damping).all()
     assert np.abs(said.damping[:2]).max() < 5.0 * np.abs(model.support_damping).max()
 

@@ -183,6 +183,8 @@ def push_all(messages: list[Message]) -> Synchroniser:
         ((1e12, 0.0), "implausible_time"),
         ((2.0, 14.3), "implausible"),  # 0.25 rad/s in degrees
         (REGULAR[19], "duplicate"),
+        ((REGULAR[19][0] + 4e-16, 0.0), "duplicate"),
+        ((REGULAR[18][0] - 4e-16, 0.0), "duplicate"),
         (REGULAR[17], "duplicate"),  # of one that still may be corrected
         (REGULAR[16], "late"),
     ],

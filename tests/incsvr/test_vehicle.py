@@ -11,12 +11,12 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Streams
+from incsvr.plant.terms import extras, own_damping, restoring
 from incsvr.vehicle import Identified, Vehicle, identify, on_grid
 from incsvr.vehicle.fitting import Windows, slopes
 from incsvr.vehicle.sensitivities import sensitivities
 from incsvr.vehicle.simulation import simulate
 from incsvr.vehicle.structure import Structure, lagged
-from incsvr.vehicle.terms import extras, own_damping, restoring
 from simulator.six_degrees import BODIES, Body, swim
 
 

@@ -25,7 +25,7 @@ def test_page_screen_and_export_show_the_inertia_in_force(
     snapshot = wire.ModelSnapshot(
         boot="b", revision=3, iteration=3, t=812.0, kernel=wire.Kernel(gamma=0.25), epsilon=0.01, C=60.0,
         support=wire.Support(rate=(-1.0, 0.5, 1.0), damping=(-3.0, 1.0, 3.0), weight=(-2.0, 0.5, 2.0)),
-        inertia=1.125, effects=effects, sigma=0.2, trained_range=(-1.0, 1.0),
+        inertia=1.125, effects=effects, noise=0.2, trained_range=(-1.0, 1.0),
     )  # fmt: skip
     assert snapshot.inertia_in_force == curve(snapshot)["inertia"] == inertia
     health = wire.Health(level="OK", boot="b")

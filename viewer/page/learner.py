@@ -56,8 +56,6 @@ WORDS = {
 """What the page calls quantities and their units: templates of `AxisWords`."""
 NOTHING_LEARNED: Mapping[str, Any] = {"model": None, "changes": []}
 """What is shown before anything was learned."""
-NORMAL_95 = 1.96
-"""Standard deviations of a band of 95 %."""
 
 
 class Learner:
@@ -180,11 +178,11 @@ def curve(snapshot: ModelSnapshot, axis: Axis = YAW) -> Mapping[str, Any]:
         "t": snapshot.t,
         "inertia": snapshot.inertia_in_force,
         "trained_range": [low, high],
-        "sigma": snapshot.sigma,
+        "noise": snapshot.noise,
         "rate": rate.tolist(),
         "damping": drawn.damping.tolist(),
-        "sample": (NORMAL_95 * drawn.sigma).tolist(),
-        "curve": (NORMAL_95 * drawn.curve_sigma).tolist(),
+        "sigma": drawn.sigma.tolist(),
+        "doubt": drawn.doubt.tolist(),
         "extrapolated": drawn.extrapolated.tolist(),
         "support": {"rate": snapshot.support.rate, "damping": snapshot.support.damping},
         "coefficients": {name: value._asdict() for name, value in known.items()},

@@ -9,8 +9,9 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from incsvr.plant.axes import AXES, YAW
+from incsvr.plant.terms import mass_unit
 from incsvr.vehicle import Identified, Parameter
-from incsvr.vehicle.model import BOUND_REACHED, ESTIMATED, UNKNOWN, mass_unit
+from incsvr.vehicle.model import BOUND_REACHED, ESTIMATED, UNKNOWN
 from incsvr.vehicle.validation import Course
 from viewer.report.drawing import AFTER, line, svg
 from viewer.report.figures import between, capital, number, rendered

@@ -7,7 +7,7 @@ import json
 import re
 from typing import Any
 
-from pydantic_core import from_json
+from service.wire.json_text import RepeatedName, read_json
 
 _TOKEN = re.compile(
     r"""(?P<double>"(?:[^"\\]|\\.)*")"""
@@ -33,14 +33,13 @@ def read(payload: bytes) -> Any:
         ValueError: it is neither.
     """
     try:
-        return from_json(payload)
+        return read_json(payload)
+    except RepeatedName:
+        raise
     except ValueError:
         if len(payload) > MAX_TEXT_BYTES:
             raise
-    try:
-        return json.loads(_as_json(payload.decode("utf-8")))
-    except RecursionError:
-        raise ValueError("it is nested too deeply") from None
+    return read_json(_as_json(payload.decode("utf-8")))
 
 
 def _as_json(text: str) -> str:

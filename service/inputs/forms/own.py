@@ -6,6 +6,8 @@ from typing import Any
 
 from pydantic_core import from_json
 
+from service.wire.json_text import RepeatedName, read_json
+
 MAX_SEQUENCE_NUMBER = 2**53
 """The number up to which numbers of messages are whole in JSON."""
 _NUMBERS = {int, float}
@@ -23,6 +25,10 @@ def parse(payload: bytes) -> tuple[list[Any], list[Any], int | None]:
     """
     try:
         data = from_json(payload)
+        if type(data) is dict and payload.count(b'"') != 2 * len(data):  # else no name stands twice
+            data = read_json(payload)
+    except RepeatedName:
+        raise InvalidMeasurement("name_twice") from None
     except ValueError:
         raise InvalidMeasurement("not_json") from None
     if type(data) is not dict or "t" not in data or "value" not in data:

@@ -45,7 +45,7 @@ def test_a_survey_in_closed_loop_gives_its_curve_and_says_that_its_inertia_is_no
     true = survey.damping(curve["rate"])
     allowed = np.maximum(0.1 * np.abs(true), 1.5 * survey.water_rms)
     assert (np.abs(curve["damping"] - true) <= allowed).all()
-    assert np.mean(np.abs(curve["damping"] - true) <= 1.96 * curve["sigma"]) >= 0.9
+    assert np.mean(np.abs(curve["damping"] - true) <= 1.96 * curve["doubt"]) >= 0.9
     for name, expected in (("N_r", 9.0), ("N_r|r|", 26.0)):
         assert result["coefficients"][name]["low"] < expected < result["coefficients"][name]["high"]
     estimated = fit(capsys, path, "--inertia", "estimate")

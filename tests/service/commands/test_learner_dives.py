@@ -60,7 +60,7 @@ def test_a_start_a_long_pause_and_stamps_that_begin_anew_begin_a_dive() -> None:
         assert len(dives.to_list()) == count, update
     newest = dives.to_list()[-1]
     assert newest["estimate"] == pytest.approx(0.5 * (said.damping[0] - said.damping[1]))
-    assert newest["standard_error"] == pytest.approx(0.5 * float((said.curve_sigma**2).sum()) ** 0.5)
+    assert newest["standard_error"] == pytest.approx(0.5 * float((said.doubt**2).sum()) ** 0.5)
     assert (newest["effects"], newest["quantity"]) == (["coulomb"], "drag")
 
 

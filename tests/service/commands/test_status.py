@@ -65,7 +65,7 @@ def test_the_screen_fits_and_says_what_is_wrong(health: wire.Health) -> None:
         support=wire.Support(rate=(-0.2, 0.2), damping=(-80.0, 80.0), weight=(-90.0, 90.0)),
         inertia=350.0,
         effects=({"effect": "torque_lag"},),
-        sigma=3.9,
+        noise=3.9,
         trained_range=(-0.2, 0.2),
     )
     shown = text("vehicle/with/a/long/prefix/yaw", health, model)

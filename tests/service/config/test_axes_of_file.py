@@ -109,6 +109,12 @@ def test_a_file_without_actuators_is_refused(tmp_path: Path) -> None:
         (lambda file: file["terms"]["yaw"].update(righting={"value": 1.0}), "yaw has no term righting"),
         (lambda file: file["terms"]["yaw"].update(linear={"value": -1.0}), r"terms\.yaw\.linear is negative"),
         (lambda file: file.update(thrust_lag_s={"yaw": {"value": -0.1}}), r"thrust_lag_s\.yaw\.value"),
+        (lambda file: file["terms"]["surge"]["linear"].update(unit="lbf s/ft"), "is in lbf s/ft; convert it to N s/m"),
+        (lambda file: file["mass_matrix"]["yaw,yaw"].update(unit="slug ft²"), "convert it to kg m²"),
+        (lambda file: file.update(thrust_lag_s={"yaw": {"value": 0.1, "unit": "ms"}}), "convert it to s"),
+        (lambda file: file["terms"]["yaw"]["linear"].update(low=3.0, high=2.0), r"low \(3\) is above high \(2\)"),
+        (lambda file: file["terms"]["yaw"]["linear"].update(vaule=3.0), r"linear\.vaule: a vehicle file has no such"),
+        (lambda file: file.update(masses={}), "masses: a vehicle file has no such entry"),
     ],
 )
 def test_a_vehicle_file_that_was_damaged_by_hand_is_refused_with_the_entry(
@@ -123,6 +129,14 @@ def test_a_vehicle_file_that_was_damaged_by_hand_is_refused_with_the_entry(
             reading()
         assert str(refused.value).startswith(f"{path}: the vehicle file is incomplete or damaged: ")
         assert "\n" not in str(refused.value)
+
+
+def test_a_file_of_a_newer_release_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "vehicle.yaml"
+    path.write_text(yaml.safe_dump({**ROV.to_dict(), "vehicle_file": 2}), encoding="utf-8")
+    for reading in (lambda: read(None, {"vehicle": {"file": str(path)}}), lambda: read_vehicle(path)):
+        with pytest.raises(BadInput, match="vehicle_file: 2, is newer than 1, which is read here; update incsvr"):
+            reading()
 
 
 @pytest.mark.parametrize("name", ["null", "true", "5", "Ünter", 'a "quoted" \\ name', "a/b: c # d", '"""'])

@@ -13,8 +13,8 @@ import pytest
 
 from incsvr.numerics import Array
 from incsvr.plant.mass_and_coriolis import coriolis_matrix
+from incsvr.plant.terms import Term, own_damping
 from incsvr.vehicle import Parameter, Vehicle
-from incsvr.vehicle.terms import Term, own_damping
 from service.cli.command_line import main
 from service.config.vehicle_file import write_vehicle
 from service.export.whole_vehicle import python_module
@@ -235,9 +235,12 @@ def test_axes_that_were_not_identified_get_nothing_of_the_water(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--dry-mass", "20"], "the body alone has 20 along surge, and body and water together 18"),
-        (["--dry-inertia", "0.2"], "--dry-inertia and --inertia-xy together"),
-        (["--dry-mass", "-1"], "-1 is no moment of inertia"),
+        (
+            ["--format", "gazebo", "--dry-mass", "20"],
+            "alone has 20 along surge, and body and water together 18",
+        ),
+        (["--format", "gazebo", "--dry-inertia", "0.2"], "--dry-inertia and --inertia-xy together"),
+        (["--format", "gazebo", "--dry-mass", "-1"], "-1 is no moment of inertia"),
         (["--format", "csv"], "take json"),
     ],
 )
@@ -245,5 +248,5 @@ def test_a_body_that_cannot_be_is_refused(
     tmp_path: Path, words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_vehicle(tmp_path / "rov.yaml", vehicle_with({}))
-    assert main(["export", str(tmp_path / "rov.yaml"), "--format", "gazebo", *words]) == 2
+    assert main(["export", str(tmp_path / "rov.yaml"), *words]) == 2
     assert sentence in capsys.readouterr().err

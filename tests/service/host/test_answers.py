@@ -26,6 +26,7 @@ def test_the_damping_query_answers_what_the_snapshot_says(taught: Taught) -> Non
         reply = wire.decode(wire.DampingReply, answer)
         assert reply.damping == tuple(expected.damping)
         assert reply.sigma == tuple(expected.sigma)
+        assert reply.doubt == tuple(expected.doubt)
         assert reply.derivative == tuple(expected.derivative)
         assert reply.extrapolated == tuple(expected.extrapolated) == (False, False, False, True)
         assert (reply.iteration, reply.revision, reply.rate) == (3, 3, tuple(rates))

@@ -130,7 +130,14 @@ def repeating(session: zenoh.Session, messages: list[tuple[str, bytes]]) -> Iter
 
 
 def command(endpoint: str, *flags: str) -> list[str]:
-    return ["inputs", "--set", "inputs.preset=blueos", "--connect", endpoint, "--seconds", "0.6", *flags]
+    usual = {"--set": "inputs.preset=blueos", "--seconds": "0.6"}
+    return [
+        "inputs",
+        "--connect",
+        endpoint,
+        *flags,
+        *(word for flag in usual if flag not in flags for word in (flag, usual[flag])),
+    ]
 
 
 def test_the_command_says_what_is_missing(bus: tuple[str, zenoh.Session], capsys: pytest.CaptureFixture[str]) -> None:

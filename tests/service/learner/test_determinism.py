@@ -84,7 +84,7 @@ def test_the_loop_over_recordings_gives_the_same_models(recording: Recording, fr
         assert snapshot.iteration == iteration.number
         assert snapshot.support.rate == tuple(iteration.model.support_rate)
         assert snapshot.support.weight == tuple(iteration.model.weight)
-        assert snapshot.sigma == iteration.model.sigma
+        assert snapshot.noise == iteration.model.sigma
 
 
 def test_messages_that_carry_arrays_give_the_same_bytes(

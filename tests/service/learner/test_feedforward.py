@@ -34,7 +34,7 @@ def test_it_is_inertia_and_damping_of_the_served_model(taught: Taught) -> None:
     np.testing.assert_allclose(found.torque, 350.0 * np.array([0.01, 0.01, 0.0]) + said.damping)
     np.testing.assert_allclose(np.subtract(found.high, found.torque), 1.96 * said.sigma, rtol=1e-4)
     assert (found.revision, found.lead_s, found.told, found.effects) == (served.revision, 0.0, (), {})
-    fast = asked(taught.bench, {"t": [0.0, 10.0], "rate": [0.0, 2.0]})
+    fast = asked(taught.bench, {"t": [0.0, 10.0], "rate": [0.0, 0.4]})
     assert any("not learned but extrapolated" in sentence for sentence in fast.told)
 
 
@@ -91,6 +91,9 @@ def test_in_a_body_the_torque_of_a_measured_motion_is_the_measured_one() -> None
         ({"t": [1.0, 0.0], "rate": [0.0, 0.1]}, "must increase"),
         ({"t": [0.0, 1.0], "rate": [0.0]}, "give one for each"),
         ({"t": [0.0, 1.0], "rate": [0.0, 1e6]}, "beyond 1000 rad/s"),
+        ({"t": [0.0, 5e-324], "rate": [0.0, 0.1]}, "0.0 and 5e-324 s are less than a nanosecond apart"),
+        ({"t": [0.0, 1e-9], "rate": [0.0, 0.1]}, "a torque of 3.5e+10 N m is planned; plan within the plausible ±500"),
+        ({"t": [0.0, 10.0], "rate": [0.0, 2.0]}, "plan within the plausible ±500 N m (vehicle.torque_limit)"),
     ],
 )
 def test_what_is_no_plan_is_refused(taught: Taught, plan: object, names: str) -> None:

@@ -30,5 +30,8 @@ def test_a_torque_beyond_the_plausible_is_refused_with_what_is_possible(torque: 
     node = taught()
     with pytest.raises(BadInput, match=r"within the plausible ±500 N m \(vehicle.torque_limit\)") as refused:
         forecast_reply(node, wire.ForecastQuery(t=(0.0, 5.0), torque=(20.0, torque)))
+    for steps in ({"t": (0.0, 5e-324)}, {"t": (0.0, 5.0), "at": (1.0, 1.0 + 3e-16)}):
+        with pytest.raises(BadInput, match="less than a nanosecond apart"):
+            forecast_reply(node, wire.ForecastQuery.model_validate({"torque": (20.0, 20.0), **steps}))
     assert str(refused.value).startswith(f"a torque of {torque:g} N m is planned")
     assert np.abs(forecast_reply(node, wire.ForecastQuery(t=(0.0, 5.0), torque=(20.0, 500.0))).rate).max() < 10.0

@@ -18,7 +18,7 @@ from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from tests.service import link
 from tests.service.logs.autopilot_files import Packet, tlog
-from tests.service.logs.dive import BOOT, PARAMETERS, VOLTS, Dive, dive
+from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, Dive, dive
 
 DIVE = dive()
 ARMED_FROM = 5.0
@@ -166,3 +166,14 @@ def test_a_damaged_log_is_one_sentence(tmp_path: Path, begin: bytes) -> None:
         read(path)
     assert str(caught.value).startswith(str(path))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("set_at", [None, 20.0])
+def test_a_log_of_a_station_whose_clock_was_not_set_is_read(tmp_path: Path, set_at: float | None) -> None:
+    """Its stamps begin in 1970; the vehicle's own clock carries the streams where the station's is set on the way."""
+    packets = telemetry(DIVE)
+    moved = [(t if set_at is None or t < set_at else t + EPOCH, packet) for t, packet in packets]
+    expected = read(tlog(tmp_path / "set.tlog", packets)).streams()
+    found = read(tlog(tmp_path / "1970.tlog", moved, begin=3.0)).streams()
+    for name in ("yaw_rate", "torque"):
+        np.testing.assert_allclose(found[name], expected[name], atol=1e-6)

@@ -36,7 +36,7 @@ def test_streams_of_different_rates_fit_in_one_file(tmp_path: Path, empty: str) 
 
 
 @given(
-    st.lists(st.floats(0.0, 1.9), min_size=1, max_size=30, unique=True),
+    st.lists(st.integers(0, 1_900_000_000).map(lambda count: 1e-9 * count), min_size=1, max_size=30, unique=True),
     st.data(),
 )
 def test_what_is_written_is_read_to_the_last_bit(times: list[float], data: st.DataObject) -> None:
@@ -168,3 +168,9 @@ def test_rows_of_one_instant_are_merged(tmp_path: Path) -> None:
     assert apart.time.tolist() == [0.0, 0.1, 0.2]
     assert apart.columns["yaw_rate"].tolist() == [0.1, 0.2, 0.3]
     assert apart.columns["torque"].tolist() == [1.0, 2.0, 3.0]
+
+
+def test_values_of_one_stream_are_a_nanosecond_apart(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"the times of torque: 0\.0 and 5e-324 s are less than a nanosecond apart"):
+        read(save(tmp_path, "t,yaw_rate,torque\n0,0.1,1\n5e-324,,2\n1,0.2,3\n"))
+    assert read(save(tmp_path, "t,yaw_rate,torque\n0,0.1,\n5e-324,,2\n1,0.2,3\n")).time.size == 3

@@ -48,6 +48,7 @@ def test_a_snapshot_has_the_contracts_names_and_predicts(snapshot: wire.ModelSna
         "support",
         "inertia",
         "effects",
+        "noise",
         "sigma",
     }
     assert promised | {"trained_range", "certified_error", "correlation", "water", "spread", "widening"} == set(payload)

@@ -75,6 +75,17 @@ AXES_BY_RATE = {axis.rate: axis for axis in AXES.values()}
 """Each axis by the name of its velocity."""
 
 
+def term(axis: str, name: str) -> Term:
+    """The term of an axis by its name in tables and vehicle files."""
+    kind, _, of = name.partition(":")
+    return Term(axis, kind, tuple(of.split("*")) if of else ())
+
+
+def mass_unit(one: str, other: str) -> str:
+    """Unit of the entry of M between two axes."""
+    return ("kg m²", "kg m", "kg")[AXES[one].along + AXES[other].along]
+
+
 def own_damping(axes: Collection[str]) -> tuple[Term, ...]:
     """Linear and quadratic damping of each axis."""
     return tuple(Term(name, kind) for name in AXES if name in axes for kind in (LINEAR, QUADRATIC))
