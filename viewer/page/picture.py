@@ -31,11 +31,10 @@ def main() -> int:
         return 1
     with TemporaryDirectory() as folder, ExitStack() as stack:
         bus, page = free_endpoint(), f"http://{free_endpoint().removeprefix('tcp/')}/"
-        archive = f"{folder}/archive"
         settings = ("--set", f"state={folder}/state", "--set", "learner.policy=weighted", "--set", "learner.gamma=30")
         for words in (
-            ("serve", "--listen", bus, "--archive", archive, *settings),
-            ("page", "--connect", bus, "--port", page.rpartition(":")[2].rstrip("/"), "--archive", archive),
+            ("serve", "--listen", bus, *settings),
+            ("page", "--connect", bus, "--port", page.rpartition(":")[2].rstrip("/")),
             ("simulate", "--connect", bus, "--speed", "40"),
         ):
             process = subprocess.Popen([sys.executable, "-m", "service.cli.command_line", *words])

@@ -1,0 +1,11 @@
+"""Flags that left: each is refused with one sentence that names what to do instead."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+REMOVED: Mapping[tuple[str, str], str] = {
+    ("page", "--archive"): "the files of `incsvr serve --archive DIR` are in DIR",
+    ("page", "--identify"): "use `incsvr identify LOG --report FILE.html`",
+}
+"""By command and flag."""
