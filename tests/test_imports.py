@@ -28,7 +28,6 @@ ALLOWED = {
         "viewer",
         "incsvr",
         "service.wire",
-        "service.logs.picture",
         "service.recordings",
         "service.config",
         "service.cli.extras",

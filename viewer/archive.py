@@ -32,14 +32,6 @@ class Facts:
     complete: bool
 
 
-def is_recording(path: Path) -> bool:
-    """Whether a file is meant as a recording of Rerun, by its name or its first bytes; any other one is a log."""
-    if path.suffix == ".rrd" or not path.is_file():
-        return path.suffix == ".rrd"
-    with path.open("rb") as file:
-        return file.read(3) == b"RRF"
-
-
 def facts(path: Path) -> Facts:
     """Reads what a recording says about itself.
 
@@ -56,7 +48,9 @@ def facts(path: Path) -> Facts:
     except OSError as error:
         raise BadInput(f"{path}: cannot be read ({error.strerror})") from None
     if len(head) < 12 or not head.startswith(b"RRF"):
-        raise BadInput(f"{path}: this is no Rerun recording; give a file that `incsvr view --save` wrote")
+        raise BadInput(
+            f"{path}: this is no recording of the viewer (.rrd); a log is drawn by `incsvr inspect {path} --plot FILE`"
+        )
     major, minor, patch, _ = struct.unpack("4B", head[4:8]) if head.startswith(MAGIC) else (0, 0, 0, 0)
     release = f"{major}.{minor}.{patch}"
     ours = tuple(int(part) for part in rr.__version__.split(".")[:2])

@@ -1,4 +1,4 @@
-"""`incsvr view`: shows what a learner does, live, and records it; shows a recording, or a log before it is learned."""
+"""`incsvr view`: shows what a learner does, live, and records it; shows a recording."""
 
 from __future__ import annotations
 
@@ -11,20 +11,17 @@ import threading
 import time
 from contextlib import nullcontext
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from incsvr.errors import BadInput
 from service.bus.session import client_config, free_endpoint, open_session, stop_event
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
-from service.recordings import log_picture
 from service.wire import Keys
-from viewer import archive, log_page, window
+from viewer import archive, window
 from viewer.bus import Bus
 from viewer.compare import Choice
 from viewer.follow import Follower
 from viewer.palette import PALETTES, Theme
-from viewer.recorder import Recorder, new_recording
 from viewer.recording_set import RecordingSet
 
 log = logging.getLogger(__name__)
@@ -33,7 +30,7 @@ log = logging.getLogger(__name__)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
     parser.add_argument(
-        "recording", nargs="?", type=Path, metavar="FILE", help="show this recording (.rrd) or log instead of a learner"
+        "recording", nargs="?", type=Path, metavar="FILE", help="show this recording (.rrd) instead of a learner"
     )
     parser.add_argument("--save", type=Path, metavar="FILE.rrd", help="record to this file; continue it if it exists")
     parser.add_argument("--headless", action="store_true", help="open no window")
@@ -43,13 +40,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--compare", nargs=2, type=int, metavar=("BEFORE", "AFTER"), help="iterations that are compared (first, latest)"
     )
     parser.add_argument("--repair", action="store_true", help="mend a recording that was cut off")
-    log_picture.add_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="incsvr view: %(message)s")
-    if args.recording is not None and not args.repair and not archive.is_recording(args.recording):
-        return look_at_log(args)
     if args.recording is not None:
         return look(args.recording, args.theme, repair=args.repair, headless=args.headless)
     if args.repair:
@@ -91,27 +85,6 @@ def look(path: Path, theme: Theme | None, *, repair: bool, headless: bool) -> in
     if headless:
         return 0
     return window.look(path, theme)
-
-
-def look_at_log(args: argparse.Namespace) -> int:
-    """Opens a log of any format in the viewer, or writes it as a recording."""
-    if args.headless and args.save is None:
-        raise BadInput("--headless shows nothing: give --save FILE.rrd to keep what is drawn of the log")
-    if not args.headless:
-        window.need_a_screen()
-    picture = log_picture.picture(args)
-    palette = PALETTES[args.theme or "dark"]
-    with TemporaryDirectory() as folder:
-        path = args.save or Path(folder) / "log.rrd"
-        try:
-            recorder = Recorder(new_recording(), log_page.blueprint(picture, palette), path=path, axis=picture.axis)
-        except (RuntimeError, OSError) as error:
-            raise BadInput(f"{path}: cannot be written ({error}); free some space or record elsewhere") from None
-        log_page.draw(recorder, picture, palette)
-        recorder.close()
-        if args.save is not None:
-            log.info("%s: %.2f MB; open it with `incsvr view %s`", path, path.stat().st_size / 1e6, path)
-        return 1 if recorder.broken else 0 if args.headless else window.look(path, args.theme or "dark")
 
 
 def _follow(config: Config, recordings: RecordingSet, stop: threading.Event, *, until_broken: bool) -> None:

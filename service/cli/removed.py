@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+LOG = "`incsvr inspect LOG --plot FILE` draws a log"
 REMOVED: Mapping[tuple[str, str], str] = {
     ("page", "--archive"): "the files of `incsvr serve --archive DIR` are in DIR",
     ("page", "--identify"): "use `incsvr identify LOG --report FILE.html`",
+    **{("view", flag): LOG for flag in ("--inertia", "--preset", "--column", "--system", "--axis", "--from", "--to")},
 }
 """By command and flag."""
