@@ -11,15 +11,15 @@ import rerun.blueprint as rrb
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from service.wire import SETS
-from viewer import error, learning, signals, slices
+from viewer import error, learning, signals
 from viewer.compare import Choice
 from viewer.frame import VEHICLE_TIME
 from viewer.names import channel
 from viewer.palette import Palette
 from viewer.signals import CHANNELS, HINT
 
-PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health", "Channels", "Slices")
-"""In the order of their tabs; the last two where further channels have come, and where damping is learned over them."""
+PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health", "Channels")
+"""In the order of their tabs; the last one where further channels have come."""
 COLUMNS = 2
 """Plots of further channels beside each other."""
 WINDOW_S = 180.0
@@ -38,7 +38,6 @@ def blueprint(
     choice: Choice,
     *,
     channels: Sequence[str] = (),
-    others: Sequence[str] = (),
     found: Mapping[str, str] = NOTHING_FOUND,
     axis: Axis = YAW,
 ) -> rrb.Blueprint:
@@ -49,8 +48,6 @@ def blueprint(
     are those of the axis.
     """
     further: list[rrb.Container] = [_channels(channels)] if channels else []
-    if others:
-        further.append(_slices(palette, others, axis))
     pages = (
         _learning(palette, axis),
         _compare(palette, choice, axis),
@@ -139,17 +136,6 @@ def _signals(axis: Axis) -> rrb.Vertical:
         row_shares=[0.3, 1, 1, 1, 1, 0.8],
         name="Signals",
     )
-
-
-def _slices(palette: Palette, others: Sequence[str], axis: Axis) -> rrb.Vertical:
-    rows = []
-    for number, name in enumerate(others):
-        views = []
-        for path, shown, title in zip(slices.axes_paths(number), slices.entities(number), slices.TITLES, strict=True):
-            named = f"{words_of(axis).fill(title)}: {channel(name)}"
-            views.append(axes_view(named, [path, *shown], (slices.WIDTH, slices.HEIGHT), path, palette))
-        rows.append(rrb.Horizontal(*views))
-    return rrb.Vertical(*rows, name="Slices")
 
 
 def _channels(names: Sequence[str]) -> rrb.Grid:

@@ -18,7 +18,6 @@ from viewer.pages import blueprint
 from viewer.palette import Palette
 from viewer.recorder import Recorder
 from viewer.signals import SignalsPage
-from viewer.slices import SlicesPage
 from viewer.table import samples_table, table
 
 HEALTH_S = 5.0
@@ -32,7 +31,7 @@ class RecordingPages:
         self.recorder = recorder
         self.revision = 0
         self._palette, self._choice = palette, choice
-        self._laid: tuple[int, int, tuple[tuple[str, str], ...]] = (0, 0, ())
+        self._laid: tuple[int, tuple[tuple[str, str], ...]] = (0, ())
         self._iteration: int | None = None
         self._vehicle: float | None = None
         self._said: tuple[Any, float] = (None, 0.0)  # what was last logged of the learner's health, and when
@@ -42,7 +41,6 @@ class RecordingPages:
         self._compare = ComparePage(recorder, palette, choice)
         self._health = HealthPage(recorder, palette)
         self._effects = EffectsPage(recorder)
-        self._slices = SlicesPage(recorder, palette)
 
     def iteration(self, frame: Frame) -> None:
         """One iteration, on every page that shows it."""
@@ -54,7 +52,6 @@ class RecordingPages:
         self._error.log(frame)
         self._signals.log(frame)
         self._compare.log(frame, axes)
-        self._slices.log(frame, axes)
         self._effects.log(frame)
         recorder.write("learning/table", table(frame, recorder.words))
         recorder.write("learning/samples", samples_table(frame))
@@ -117,9 +114,9 @@ class RecordingPages:
         return self.recorder.flush()
 
     def _lay_out(self) -> None:
-        """Pages for the further channels and velocities, and for what is found, laid out anew where one came."""
-        channels, others, found = self._signals.channels, self._slices.others, self.found
-        wanted = (len(channels), len(others), tuple(found.items()))
+        """Pages for the further channels, and for what is found, laid out anew where one came."""
+        channels, found = self._signals.channels, self.found
+        wanted = (len(channels), tuple(found.items()))
         if wanted != self._laid:
             self._laid = wanted
             self.recorder.lay_out(
@@ -127,7 +124,6 @@ class RecordingPages:
                     self._palette,
                     self._choice,
                     channels=channels,
-                    others=others,
                     found=found,
                     axis=self.recorder.axis,
                 )
