@@ -83,12 +83,6 @@ class ComparePage:
         if changed:
             self._rec.write("learning/compared", words(self._chosen, self._rec.words.effort_unit))
 
-    def remember(self, frame: Frame) -> None:
-        """An iteration that is recorded already: it may have been the one to compare with."""
-        self._take(frame)
-        if frame.model is not None and ("before" not in self._chosen or frame.report.iteration == self._choice.before):
-            self._chosen["before"] = frame
-
     def _take(self, frame: Frame) -> None:
         """The iteration's samples, where both revisions are chosen: any other after would be drawn without end."""
         number, choice, batch = frame.report.iteration, self._choice, frame.report.batch

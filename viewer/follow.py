@@ -34,12 +34,11 @@ class Follower:
         bus: what the learner says.
         pages: where it is recorded.
         begin: begins the next recording, for a learner that was begun anew.
-        recorded: the last revision that the recording holds from before this start.
     """
 
-    def __init__(self, bus: Bus, pages: RecordingPages, begin: Begin, recorded: int = 0) -> None:
+    def __init__(self, bus: Bus, pages: RecordingPages, begin: Begin) -> None:
         self._bus, self._begin = bus, begin
-        self._pages, self._recorded = pages, recorded
+        self._pages = pages
         self._earliest: float | None = None  # the vehicle's time before which its clock began anew [s]
         self._here = False
 
@@ -97,7 +96,7 @@ class Follower:
             return
         log.info("the learner is here")
         health = self._bus.health()
-        if health is not None and health.revision < max(self._recorded, self._pages.revision):
+        if health is not None and health.revision < self._pages.revision:
             self._anew()
         self._catch_up()
         ledger = self._bus.ledger()
@@ -133,16 +132,13 @@ class Follower:
         # A learner that changes over to other effects says its last batch again, and that may end some samples earlier.
         self._earliest = report.t - 0.5 * max(report.t - report.time_span[0], 0.0)
         frame = Frame(report, self._bus.model(report), seen)
-        if report.revision <= self._recorded:
-            self._pages.remember(frame)
-        else:
-            self._pages.iteration(frame)
-            # Whatever happens to us from here on, it is in the file; the far past goes there in larger pieces.
-            if not hurry or report.iteration % 20 == 0:
-                self._pages.flush()
-            log.info("iteration %d at %.1f s", report.iteration, report.t)
+        self._pages.iteration(frame)
+        # Whatever happens to us from here on, it is in the file; the far past goes there in larger pieces.
+        if not hurry or report.iteration % 20 == 0:
+            self._pages.flush()
+        log.info("iteration %d at %.1f s", report.iteration, report.t)
 
     def _anew(self) -> None:
         """Begins the next recording: iterations or the vehicle's time would run over those of the present one."""
         self._pages = self._begin()
-        self._recorded, self._earliest = 0, None
+        self._earliest = None

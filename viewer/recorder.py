@@ -25,11 +25,6 @@ LIVE_MEMORY = "256MiB"  # of the past that a viewer which comes late is given; w
 FLUSH_S = 5.0
 
 
-def new_recording() -> str:
-    """A name for a recording; later ones sort after earlier ones."""
-    return f"{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(3)}"
-
-
 class Recorder:
     """Logs to a file, to viewers at a loopback port, or to both.
 
@@ -39,20 +34,19 @@ class Recorder:
 
     def __init__(
         self,
-        recording: str,
         blueprint: rrb.Blueprint,
         *,
         path: Path | None = None,
         port: int | None = None,
         axis: Axis = YAW,
     ) -> None:
-        self.recording = recording
         self.axis = axis
         self.path = path
         self.broken = False  # the file could not be written to its end
         self._file: rr.RecordingStream | None = None
         self._live: rr.RecordingStream | None = None
         self._stuck: rr.RecordingStream | None = None
+        recording = _new_recording()
         if port is not None:
             sink = rr.GrpcServerSink("127.0.0.1", port, server_memory_limit=LIVE_MEMORY)
             self._live = _stream(recording, sink, blueprint)
@@ -142,6 +136,11 @@ class Recorder:
         for stream in self._streams:
             stream.disconnect()
         self._file = self._live = None
+
+
+def _new_recording() -> str:
+    """A name for a recording; later ones sort after earlier ones."""
+    return f"{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(3)}"
 
 
 def _stream(recording: str, sink: Any, blueprint: rrb.Blueprint) -> rr.RecordingStream:

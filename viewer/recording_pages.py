@@ -57,14 +57,6 @@ class RecordingPages:
         recorder.write("learning/samples", samples_table(frame))
         recorder.log("learning/revision", rr.Scalars(float(report.revision)))
 
-    def remember(self, frame: Frame) -> None:
-        """An iteration that the file holds already, from before a restart: the curves go on from it."""
-        self.revision = frame.report.revision
-        self._error.remember(frame.report)
-        self._signals.remember(frame)
-        self._compare.remember(frame)
-        self._effects.remember(frame)
-
     def measured(self, stream: str, measurement: Measurement, seen: float) -> None:
         """Values of a stream, come in at `seen` [s since 1970]."""
         t, value = measurement.t, measurement.value

@@ -21,7 +21,10 @@ from viewer import archive, window
 from viewer.bus import Bus
 from viewer.compare import Choice
 from viewer.follow import Follower
+from viewer.pages import blueprint
 from viewer.palette import PALETTES, Theme
+from viewer.recorder import Recorder
+from viewer.recording_pages import RecordingPages
 from viewer.recording_set import RecordingSet
 
 log = logging.getLogger(__name__)
@@ -32,22 +35,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "recording", nargs="?", type=Path, metavar="FILE", help="show this recording (.rrd) instead of a learner"
     )
-    parser.add_argument("--save", type=Path, metavar="FILE.rrd", help="record to this file; continue it if it exists")
+    parser.add_argument("--save", type=Path, metavar="FILE.rrd", help="record to this file, or to the next free one")
     parser.add_argument("--headless", action="store_true", help="open no window")
     parser.add_argument("--serve", type=int, metavar="PORT", help="serve viewers at this port of 127.0.0.1; no window")
     parser.add_argument("--theme", choices=sorted(PALETTES), help="colours of plots and texts (dark)")
     parser.add_argument(
         "--compare", nargs=2, type=int, metavar=("BEFORE", "AFTER"), help="iterations that are compared (first, latest)"
     )
-    parser.add_argument("--repair", action="store_true", help="mend a recording that was cut off")
 
 
 def run(args: argparse.Namespace) -> int:
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="incsvr view: %(message)s")
     if args.recording is not None:
-        return look(args.recording, args.theme, repair=args.repair, headless=args.headless)
-    if args.repair:
-        raise BadInput("--repair mends a recording: name it, `incsvr view --repair FILE.rrd`")
+        return look(args.recording, args.theme, headless=args.headless)
     if args.headless and args.save is None and args.serve is None:
         raise BadInput(
             "--headless shows nothing: give --save FILE.rrd to record, or --serve PORT for viewers elsewhere"
@@ -61,27 +61,27 @@ def run(args: argparse.Namespace) -> int:
     )
     theme: Theme = args.theme or "dark"
     rate = max(abs(end) for end in config.vehicle.rate_range)
-    recordings = RecordingSet(PALETTES[theme], choice, rate, args.save, port, config.axis_asked)
+    palette = PALETTES[theme]
+
+    def pages(path: Path | None) -> RecordingPages:
+        layout = blueprint(palette, choice, axis=config.axis_asked)
+        return RecordingPages(Recorder(layout, path=path, port=port, axis=config.axis_asked), palette, choice, rate)
+
+    recordings = RecordingSet(args.save, pages)
     with window.window(port, theme, stop.set) if opens and port is not None else nullcontext():
         _follow(config, recordings, stop, until_broken=port is None)
     whole = recordings.close()
-    if recordings.broken:
+    if recordings.pages.recorder.broken:
         # The stream of a file that cannot be written is never closed, and would keep the interpreter from ending.
         logging.shutdown()
         os._exit(1)
     return 0 if whole else 1
 
 
-def look(path: Path, theme: Theme | None, *, repair: bool, headless: bool) -> int:
-    """Opens a recording in the viewer; mends it before where that is asked for."""
-    known = archive.facts(path)
-    if repair:
-        archive.optimise([path], path)
-        print(f"{path} is whole again, {path.stat().st_size / 1e6:.1f} MB", file=sys.stderr)
-    elif not known.complete:
-        log.warning(
-            "%s was cut off; it shows what was written until then, `incsvr view --repair %s` mends it", path, path
-        )
+def look(path: Path, theme: Theme | None, *, headless: bool) -> int:
+    """Opens a recording in the viewer."""
+    if not archive.is_whole(path):
+        log.warning("%s was cut off; it shows what was written until then", path)
     if headless:
         return 0
     return window.look(path, theme)
@@ -105,7 +105,7 @@ def _follow(config: Config, recordings: RecordingSet, stop: threading.Event, *, 
         threading.Thread(target=window.when, args=(stop.wait, bus.wake), daemon=True).start()
         log.info("viewer ready")
         try:
-            Follower(bus, recordings.pages, recordings.begin, recordings.recorded).run(stop, until_broken=until_broken)
+            Follower(bus, recordings.pages, recordings.begin).run(stop, until_broken=until_broken)
         finally:
             bus.close()
 

@@ -12,7 +12,7 @@ import pytest
 
 from service.wire import SETS, EffectsLedger, Health, Measurement, Points, Validation
 from tests.viewer.conftest import Run
-from tests.viewer.readback import points, rows, series, shown
+from tests.viewer.readback import points, rows, series, shown, verify
 from viewer import archive, recording_pages
 from viewer.compare import Choice
 from viewer.curve import trained_part
@@ -21,12 +21,12 @@ from viewer.error import MAX_POINTS, thinned
 from viewer.frame import Frame, positions
 from viewer.pages import blueprint
 from viewer.palette import DARK
-from viewer.recorder import Recorder, new_recording
+from viewer.recorder import Recorder
 from viewer.recording_pages import RecordingPages
 
 
 def record(run: Run, path: Path, choice: Choice) -> None:
-    recorder = Recorder(new_recording(), blueprint(DARK, choice), path=path)
+    recorder = Recorder(blueprint(DARK, choice), path=path)
     pages = RecordingPages(recorder, DARK, choice, rate=0.25)
     newest = 0.0
     for report, snapshot in run.iterations:
@@ -101,7 +101,7 @@ def test_the_curve_of_errors_begins_at_the_untrained_model(run: Run, tmp_path: P
     report, snapshot = run.iterations[0]
     check = Validation(name="V1", mae=5.0, rmse=6.0, samples=100, untrained=48.0)
     path = tmp_path / "run.rrd"
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK, Choice()), path=path)
     first = report.model_copy(update={"validation": (check,)})
     RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
     recorder.close()
@@ -152,18 +152,14 @@ def test_two_chosen_revisions_stand_still(run: Run, tmp_path: Path) -> None:
         assert np.array_equal(found, expected.astype(np.float32))
 
 
-def test_a_recording_is_verified_and_optimising_keeps_every_number(run: Run, recorded: Path, tmp_path: Path) -> None:
-    archive.verify(recorded)
-    archive.optimise([recorded], tmp_path / "small.rrd")
-    archive.verify(tmp_path / "small.rrd")
-    assert rows(tmp_path / "small.rrd", "Points2D:positions") == rows(recorded, "Points2D:positions")
-    assert archive.facts(tmp_path / "small.rrd").complete
-    assert archive.last_revision(recorded) == archive.last_revision(tmp_path / "small.rrd")
+def test_a_recording_is_whole(recorded: Path) -> None:
+    verify(recorded)
+    assert archive.is_whole(recorded)
 
 
 def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "bare.rrd"
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK, Choice()), path=path)
     RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
     recorder.close()
     assert "curve is missing" in rows(path, "TextDocument:text")["/learning/table"][1][0]
@@ -187,7 +183,7 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
     report, snapshot = run.iterations[0]
     wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
     path = tmp_path / "wild.rrd"
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK, Choice()), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
     pages.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
@@ -205,7 +201,7 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
 
 def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "effects.rrd"
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK, Choice()), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     # The learner says it when it begins, before there is an iteration.
     pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
@@ -242,7 +238,7 @@ def test_what_is_found_is_drawn_with_its_state_until_effects_are_in_force(
 
     monkeypatch.setattr(recording_pages, "blueprint", laid_out)
     path = tmp_path / "suspected.rrd"
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK, Choice()), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     found = {"effect": "torque_lag", "state": "suspected", "sentence": "The torque lags."}
     about = {"parameters": {"time_constant_s": 0.71}, "interval": {"time_constant_s": [0.66, 0.76]}}
