@@ -79,12 +79,7 @@ class EffectsPage:
                 self._named[path] = name
             line = self._lines.setdefault(path, Pauses())
             self._rec.series(path, *line.broken(time[new], values[new]))
-        self.remember(frame)
-
-    def remember(self, frame: Frame) -> None:
-        """The parts of this iteration are logged."""
-        if frame.report.batch.parts:
-            self._drawn = frame.report.batch.time[-1]
+        self._drawn = batch.time[-1]
 
     def _draw_found(self) -> None:
         """The parameters of what is found and not in force, each with its interval, at the clocks that are set."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import rerun as rr
 import rerun.blueprint as rrb
@@ -11,14 +10,14 @@ import rerun.blueprint as rrb
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from service.wire import SETS
-from viewer import error, learning, signals
-from viewer.compare import Choice
+from viewer import axes, learning
+from viewer.compare import SHOWN
 from viewer.frame import VEHICLE_TIME
 from viewer.names import channel
 from viewer.palette import Palette
 from viewer.signals import CHANNELS, HINT
 
-PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health", "Channels")
+PAGES = ("Learning", "Before and after", "Signals", "Error", "Effects", "Health", "Channels")
 """In the order of their tabs; the last one where further channels have come."""
 COLUMNS = 2
 """Plots of further channels beside each other."""
@@ -35,7 +34,6 @@ PLAYBACK_SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 def blueprint(
     palette: Palette,
-    choice: Choice,
     *,
     channels: Sequence[str] = (),
     found: Mapping[str, str] = NOTHING_FOUND,
@@ -43,71 +41,74 @@ def blueprint(
 ) -> rrb.Blueprint:
     """All pages as tabs, following the vehicle's time: on it every page has something to show.
 
-    Where further channels have come, they have a page, too, and so have the further velocities that damping is learned
-    over. What is found while no effect is in force (`found`: entity → title) is drawn in place of the parts. Names
-    are those of the axis.
+    Where further channels have come, they have a page, too. What is found while no effect is in force (`found`:
+    entity → title) is drawn in place of the parts. Names are those of the axis.
     """
     further: list[rrb.Container] = [_channels(channels)] if channels else []
     pages = (
         _learning(palette, axis),
-        _compare(palette, choice, axis),
+        _compare(palette, axis),
         _signals(axis),
+        rrb.Horizontal(_error(axis), name="Error"),
         _effects(axis, found),
         _health(axis),
     )
-    return tabs([*pages, *further], play_state="following", playback_speed=PLAYBACK_SPEED)
-
-
-def tabs(pages: Sequence[rrb.Container], **playing: Any) -> rrb.Blueprint:
-    """Pages as tabs over the vehicle's time, with all panels out of the way; `playing` is how the time goes on."""
     return rrb.Blueprint(
-        rrb.Tabs(*pages, active_tab=0),
+        rrb.Tabs(*pages, *further, active_tab=0),
         rrb.TopPanel(state="hidden"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME, **playing),
+        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME, play_state="following", playback_speed=PLAYBACK_SPEED),
         auto_views=False,
         auto_layout=False,
     )
 
 
-def axes_view(name: str, contents: list[str], size: tuple[int, int], path: str, palette: Palette) -> rrb.Spatial2DView:
+def _axes_view(name: str, contents: Sequence[str], path: str, palette: Palette) -> rrb.Spatial2DView:
     """An XY plot: the whole axes in sight, their picture out of the pointer's way."""
     return rrb.Spatial2DView(
         origin="/",
-        contents=[f"+ /{each}" for each in contents],
+        contents=[f"+ /{each}" for each in (path, *contents)],
         name=name,
         background=palette.background,
-        visual_bounds=rrb.VisualBounds2D(x_range=[0, size[0]], y_range=[0, size[1]]),
+        visual_bounds=rrb.VisualBounds2D(x_range=[0, axes.WIDTH], y_range=[0, axes.HEIGHT]),
         overrides={path: rrb.EntityBehavior(interactive=False)},
     )
 
 
 def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
-    sets = [f"learning/{name}" for name in ("axes", *SETS, *learning.CURVES)]
-    size = (learning.WIDTH, learning.HEIGHT)
-    scope = ["signals/scope/axes", "signals/scope/yaw_rate", "signals/scope/torque"]
+    words = words_of(axis)
+    sets = [f"learning/{name}" for name in (*SETS, *learning.CURVES)]
     return rrb.Horizontal(
-        axes_view(f"Damping over {words_of(axis).rate}", sets, size, "learning/axes", palette),
+        _axes_view(f"Damping over {words.rate}", sets, "learning/axes", palette),
         rrb.Vertical(
             rrb.Horizontal(
                 rrb.TextDocumentView(origin="learning/table", name="This iteration"),
                 rrb.TextDocumentView(origin="learning/samples", name="Its samples"),
                 column_shares=[1.35, 1.0],
             ),
-            axes_view("The last 60 s", scope, (signals.WIDTH, signals.HEIGHT), "signals/scope/axes", palette),
-            axes_view("Error", ["error/axes", "error/curve/**"], (error.WIDTH, error.HEIGHT), "error/axes", palette),
-            row_shares=[1.22, 1.0, 1.0],
+            _plot("signals/yaw_rate", f"{words.rate_title} [{words.rate_unit}]"),
+            _plot("signals/torque", f"{words.effort_title} [{words.effort_unit}]"),
+            _error(axis),
+            row_shares=[1.9, 1.0, 1.0, 1.3],
         ),
         column_shares=[1.55, 1.0],
         name="Learning",
     )
 
 
-def _compare(palette: Palette, choice: Choice, axis: Axis) -> rrb.Horizontal:
-    size = (learning.WIDTH, learning.HEIGHT)
+def _error(axis: Axis) -> rrb.TimeSeriesView:
+    """The error curves from their beginning, over the clock that is chosen."""
+    whole = rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END))
+    name = f"Mean absolute error [{words_of(axis).effort_unit}]"
+    return rrb.TimeSeriesView(
+        origin="error", name=name, axis_x=whole, plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop)
+    )
+
+
+def _compare(palette: Palette, axis: Axis) -> rrb.Horizontal:
     return rrb.Horizontal(
-        axes_view(f"Damping over {words_of(axis).rate}", choice.shown, size, "learning/compare_axes", palette),
+        _axes_view(f"Damping over {words_of(axis).rate}", SHOWN, "learning/compare_axes", palette),
         rrb.TextDocumentView(origin="learning/compared", name="Compared"),
         column_shares=[1.55, 1.0],
         name="Before and after",

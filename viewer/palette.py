@@ -1,4 +1,4 @@
-"""Colours for dark and light axes, chosen together with the shapes in `marks`.
+"""Colours for dark and light axes, chosen together with the signs in `learning`.
 
 Every colour reaches a contrast of at least 3:1 on its own axes (tests/viewer), and no meaning rests on colour alone:
 each set has a shape, each curve a line style.
@@ -11,6 +11,11 @@ from typing import Literal
 
 Colour = tuple[int, int, int]
 Theme = Literal["dark", "light"]
+
+
+def hexadecimal(colour: Colour) -> str:
+    """As matplotlib takes it."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
 def _rgb(text: str) -> Colour:

@@ -15,7 +15,6 @@ from rerun.components import MarkerShape, Radius
 
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
-from viewer.component_batches import scalars
 from viewer.frame import APPLICATION, ITERATION, VEHICLE_TIME, WALL_TIME, Floats
 from viewer.palette import Colour
 
@@ -90,7 +89,7 @@ class Recorder:
 
     def series(self, path: str, time: Floats, values: Sequence[float] | Floats) -> None:
         """Values of a series, each at its vehicle's time [s]."""
-        self.send_columns(path, [rr.TimeColumn(VEHICLE_TIME, duration=time)], scalars(values))
+        self.send_columns(path, [rr.TimeColumn(VEHICLE_TIME, duration=time)], rr.Scalars.columns(scalars=values))
 
     def send_columns(self, path: str, clocks: Sequence[Any], columns: Any) -> None:
         """Many rows at once, each at its own clocks."""

@@ -36,8 +36,8 @@ class RecordingPages:
         self._vehicle: float | None = None
         self._said: tuple[Any, float] = (None, 0.0)  # what was last logged of the learner's health, and when
         self._learning = LearningPage(recorder, palette, rate)
-        self._error = ErrorPage(recorder, palette)
-        self._signals = SignalsPage(recorder, palette)
+        self._error = ErrorPage(recorder)
+        self._signals = SignalsPage(recorder)
         self._compare = ComparePage(recorder, palette, choice)
         self._health = HealthPage(recorder, palette)
         self._effects = EffectsPage(recorder)
@@ -114,7 +114,6 @@ class RecordingPages:
             self.recorder.lay_out(
                 blueprint(
                     self._palette,
-                    self._choice,
                     channels=channels,
                     found=found,
                     axis=self.recorder.axis,

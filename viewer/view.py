@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
     palette = PALETTES[theme]
 
     def pages(path: Path | None) -> RecordingPages:
-        layout = blueprint(palette, choice, axis=config.axis_asked)
+        layout = blueprint(palette, axis=config.axis_asked)
         return RecordingPages(Recorder(layout, path=path, port=port, axis=config.axis_asked), palette, choice, rate)
 
     recordings = RecordingSet(args.save, pages)

@@ -55,7 +55,7 @@ def measure(path: Path, hours: float) -> dict[str, Any]:
 
 def write(path: Path, count: int) -> tuple[Array, Array, Array]:
     """Records `count` iterations; the times to log each, to bring it to the file, of the thread alone [ms]."""
-    recorder = Recorder(blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     node = LearnerNode(
         read(None, {"state": None, "signals": {"sample_period": ITERATION_PERIOD_S / BATCH_SAMPLES}}), "a benchmark"

@@ -12,12 +12,11 @@ import pytest
 
 from service.wire import SETS, EffectsLedger, Health, Measurement, Points, Validation
 from tests.viewer.conftest import Run
-from tests.viewer.readback import points, rows, series, shown, verify
+from tests.viewer.readback import every, points, rows, series, shown, verify
 from viewer import archive, recording_pages
 from viewer.compare import Choice
 from viewer.curve import trained_part
 from viewer.effects import columns
-from viewer.error import MAX_POINTS, thinned
 from viewer.frame import Frame, positions
 from viewer.pages import blueprint
 from viewer.palette import DARK
@@ -26,7 +25,7 @@ from viewer.recording_pages import RecordingPages
 
 
 def record(run: Run, path: Path, choice: Choice) -> None:
-    recorder = Recorder(blueprint(DARK, choice), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, choice, rate=0.25)
     newest = 0.0
     for report, snapshot in run.iterations:
@@ -97,18 +96,16 @@ def test_the_error_on_a_batch_is_that_of_what_was_served_before_it(run: Run) -> 
         assert report.progressive_mae == pytest.approx(np.mean(np.abs(said - report.batch.damping)), rel=1e-6)
 
 
-def test_the_curve_of_errors_begins_at_the_untrained_model(run: Run, tmp_path: Path) -> None:
+def test_the_error_of_the_untrained_model_is_in_the_name_of_the_curve(run: Run, tmp_path: Path) -> None:
     report, snapshot = run.iterations[0]
     check = Validation(name="V1", mae=5.0, rmse=6.0, samples=100, untrained=48.0)
     path = tmp_path / "run.rrd"
-    recorder = Recorder(blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     first = report.model_copy(update={"validation": (check,)})
     RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
     recorder.close()
-    (strip,) = rows(path, "LineStrips2D:strips", "/error")["/error/curve/V1"][1]
-    (begins, error), (iteration, mae) = points(strip)
-    assert (begins, iteration, mae) == (0.0, 1.0, 5.0)
-    assert mae < error <= 48.0  # it runs along the frame
+    assert rows(path, "Scalars:scalars", "/error") == {"/error/V1": {1: [5.0]}}
+    assert every(path, "SeriesLines:names", "/error/V1") == ["Validation V1; untrained: 48 N m"]
 
 
 def test_every_frame_has_its_table_axes_and_comparison(run: Run, recorded: Path) -> None:
@@ -120,8 +117,8 @@ def test_every_frame_has_its_table_axes_and_comparison(run: Run, recorded: Path)
         assert f"| Support vectors | {len(report.support)} |" in counts
         (text,) = shown(tables["/learning/compared"], report.iteration)
         assert f"Iteration 1 and {report.iteration}" in text
-    for path in ("/learning", "/signals/scope", "/error"):
-        assert min(rows(recorded, "EncodedImage:blob", path)[f"{path}/axes"]) == run.iterations[0][0].iteration
+    for name in ("axes", "compare_axes"):
+        assert min(rows(recorded, "EncodedImage:blob")[f"/learning/{name}"]) == run.iterations[0][0].iteration
 
 
 def test_a_further_channel_is_recorded_and_its_line_ends_at_its_pauses(run: Run, recorded: Path) -> None:
@@ -159,7 +156,7 @@ def test_a_recording_is_whole(recorded: Path) -> None:
 
 def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "bare.rrd"
-    recorder = Recorder(blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
     recorder.close()
     assert "curve is missing" in rows(path, "TextDocument:text")["/learning/table"][1][0]
@@ -172,18 +169,11 @@ def test_the_trained_part_ends_at_both_ends(run: Run) -> None:
     assert (np.diff(rate) > 0.0).all()
 
 
-def test_a_curve_never_grows_beyond_what_a_screen_shows() -> None:
-    curve = [(float(k), float(k)) for k in range(7200)]
-    assert len(thinned(curve)) <= MAX_POINTS
-    assert thinned(curve)[[0, -1], 0].tolist() == [0.0, 7199.0]
-    assert thinned(curve[:1]).tolist() == [[0.0, 0.0]]
-
-
 def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path: Path) -> None:
     report, snapshot = run.iterations[0]
     wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
     path = tmp_path / "wild.rrd"
-    recorder = Recorder(blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
     pages.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
@@ -201,7 +191,7 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
 
 def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "effects.rrd"
-    recorder = Recorder(blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     # The learner says it when it begins, before there is an iteration.
     pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
@@ -238,7 +228,7 @@ def test_what_is_found_is_drawn_with_its_state_until_effects_are_in_force(
 
     monkeypatch.setattr(recording_pages, "blueprint", laid_out)
     path = tmp_path / "suspected.rrd"
-    recorder = Recorder(blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     found = {"effect": "torque_lag", "state": "suspected", "sentence": "The torque lags."}
     about = {"parameters": {"time_constant_s": 0.71}, "interval": {"time_constant_s": [0.66, 0.76]}}
