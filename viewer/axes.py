@@ -108,7 +108,7 @@ class Axes:
         plot.spines[:].set(color=frame, linewidth=2.0)
         figure.legend(
             handles=[sign.handle() for sign in legend], ncols=3 if len(legend) > 4 else 2, loc="upper left",
-            fontsize=FONT, labelcolor=text, frameon=False, borderaxespad=0.2, handlelength=1.8, columnspacing=1.5, labelspacing=0.35,
+            fontsize=FONT, labelcolor=text, frameon=False, borderaxespad=0.2, columnspacing=1.5, labelspacing=0.35,
         )  # fmt: skip
         written = io.BytesIO()
         figure.savefig(written, format="png", facecolor=figure.get_facecolor(), pil_kwargs={"compress_level": 1})

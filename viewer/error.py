@@ -6,38 +6,28 @@ Every curve is of one predictor: what is served, with its continuation beyond th
 from __future__ import annotations
 
 import rerun as rr
-from rerun.components import MarkerShape
 
 from viewer.frame import Frame
-from viewer.palette import LIGHT
 from viewer.recorder import Recorder
 from viewer.table import quantity
 
-PROGRESSIVE = "progressive"
-COLOURS = (LIGHT.before, LIGHT.old, LIGHT.support, LIGHT.outlier)
-MARKERS = (MarkerShape.Circle, MarkerShape.Square, MarkerShape.Diamond, MarkerShape.Cross)
-
 
 class ErrorPage:
-    """Logs below error/: a curve a kind of error, with a marker of its own beside its colour."""
+    """Logs below error/: a curve a kind of error."""
 
     def __init__(self, rec: Recorder) -> None:
-        self._rec, self._named = rec, list[str]()
+        self._rec = rec
 
     def log(self, frame: Frame) -> None:
         """One iteration, at the clocks that are set."""
         report, unit = frame.report, self._rec.words.effort_unit
         if report.progressive_mae is not None:
-            self._point(PROGRESSIVE, "Each new batch", report.progressive_mae)
+            self._point("progressive", "Each new batch", report.progressive_mae)
         for check in report.validation:
             # The untrained model's error would press all others flat: it stands in the name.
             untrained = "" if check.untrained is None else f"; untrained: {quantity(check.untrained, unit)}"
             self._point(check.name, f"Validation {check.name}{untrained}", check.mae)
 
     def _point(self, name: str, title: str, value: float) -> None:
-        if name not in self._named:
-            number = len(self._named) % len(COLOURS)
-            self._rec.line(f"error/{name}", COLOURS[number], title)
-            self._rec.dots(f"error/{name}", COLOURS[number], title, MARKERS[number], 3.0)
-            self._named.append(name)
+        self._rec.line(f"error/{name}", title)
         self._rec.log(f"error/{name}", rr.Scalars(value))

@@ -7,9 +7,6 @@ import threading
 import time
 from collections.abc import Callable
 
-from rich.console import Console
-from rich.progress import track
-
 from service.wire import EffectsLedger, Health, IterationReport, Measurement
 from viewer.bus import Bus, Message, Presence
 from viewer.frame import Frame
@@ -33,7 +30,8 @@ class Follower:
     Args:
         bus: what the learner says.
         pages: where it is recorded.
-        begin: begins the next recording, for a learner that was begun anew.
+        begin: begins the next recording, for a learner or a clock that began anew: iterations or the vehicle's time
+            would run over those of the present one.
     """
 
     def __init__(self, bus: Bus, pages: RecordingPages, begin: Begin) -> None:
@@ -41,10 +39,6 @@ class Follower:
         self._pages = pages
         self._earliest: float | None = None  # the vehicle's time before which its clock began anew [s]
         self._here = False
-
-    @property
-    def pages(self) -> RecordingPages:
-        return self._pages
 
     def run(self, stop: threading.Event, *, until_broken: bool) -> None:
         """Follows until `stop` is set, and the bus woken; or until the file is broken, where there is nothing else."""
@@ -97,7 +91,7 @@ class Follower:
         log.info("the learner is here")
         health = self._bus.health()
         if health is not None and health.revision < self._pages.revision:
-            self._anew()
+            self._pages, self._earliest = self._begin(), None
         self._catch_up()
         ledger = self._bus.ledger()
         if ledger is not None:
@@ -114,12 +108,9 @@ class Follower:
         """Shows the iterations that were missed, those below revision `before`."""
         latest = self._bus.latest()
         behind = 0 if latest is None else latest.revision - self._pages.revision
-        missed = self._bus.reports(self._pages.revision)
         if behind > MANY_ITERATIONS:
-            missed = iter(
-                track(missed, "Fetching the past", total=behind, transient=True, console=Console(stderr=True))
-            )
-        for report in missed:
+            log.info("fetching %d iterations", behind)
+        for report in self._bus.reports(self._pages.revision):
             if before is not None and report.revision >= before:
                 return
             self._show(report, None, hurry=behind > MANY_ITERATIONS)
@@ -128,7 +119,7 @@ class Follower:
     def _show(self, report: IterationReport, seen: float | None, hurry: bool = False) -> None:
         if self._earliest is not None and report.t < self._earliest:
             log.warning("the vehicle's clock restarted at %.1f s", report.t)
-            self._anew()
+            self._pages = self._begin()
         # A learner that changes over to other effects says its last batch again, and that may end some samples earlier.
         self._earliest = report.t - 0.5 * max(report.t - report.time_span[0], 0.0)
         frame = Frame(report, self._bus.model(report), seen)
@@ -137,8 +128,3 @@ class Follower:
         if not hurry or report.iteration % 20 == 0:
             self._pages.flush()
         log.info("iteration %d at %.1f s", report.iteration, report.t)
-
-    def _anew(self) -> None:
-        """Begins the next recording: iterations or the vehicle's time would run over those of the present one."""
-        self._pages = self._begin()
-        self._earliest = None

@@ -8,7 +8,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import words_of
+from incsvr.plant.words import AxisWords, words_of
 from service.wire import SETS
 from viewer import axes, learning
 from viewer.compare import SHOWN
@@ -44,17 +44,19 @@ def blueprint(
     Where further channels have come, they have a page, too. What is found while no effect is in force (`found`:
     entity → title) is drawn in place of the parts. Names are those of the axis.
     """
-    further: list[rrb.Container] = [_channels(channels)] if channels else []
-    pages = (
-        _learning(palette, axis),
-        _compare(palette, axis),
-        _signals(axis),
-        rrb.Horizontal(_error(axis), name="Error"),
-        _effects(axis, found),
-        _health(axis),
-    )
+    words = words_of(axis)
+    pages: list[rrb.Container] = [
+        _learning(palette, words),
+        _compare(palette, words),
+        _signals(words),
+        rrb.Horizontal(_error(words), name="Error"),
+        _effects(words, found),
+        _health(words),
+    ]
+    if channels:
+        pages.append(_channels(channels))
     return rrb.Blueprint(
-        rrb.Tabs(*pages, *further, active_tab=0),
+        rrb.Tabs(*pages, active_tab=0),
         rrb.TopPanel(state="hidden"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
@@ -76,20 +78,15 @@ def _axes_view(name: str, contents: Sequence[str], path: str, palette: Palette) 
     )
 
 
-def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
-    words = words_of(axis)
+def _learning(palette: Palette, words: AxisWords) -> rrb.Horizontal:
     sets = [f"learning/{name}" for name in (*SETS, *learning.CURVES)]
+    tables = [_text("learning/table", "This iteration"), _text("learning/samples", "Its samples")]
     return rrb.Horizontal(
         _axes_view(f"Damping over {words.rate}", sets, "learning/axes", palette),
         rrb.Vertical(
-            rrb.Horizontal(
-                rrb.TextDocumentView(origin="learning/table", name="This iteration"),
-                rrb.TextDocumentView(origin="learning/samples", name="Its samples"),
-                column_shares=[1.35, 1.0],
-            ),
-            _plot("signals/yaw_rate", f"{words.rate_title} [{words.rate_unit}]"),
-            _plot("signals/torque", f"{words.effort_title} [{words.effort_unit}]"),
-            _error(axis),
+            rrb.Horizontal(*tables, column_shares=[1.35, 1.0]),
+            *_streams(words),
+            _error(words),
             row_shares=[1.9, 1.0, 1.0, 1.3],
         ),
         column_shares=[1.55, 1.0],
@@ -97,40 +94,28 @@ def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
     )
 
 
-def _error(axis: Axis) -> rrb.TimeSeriesView:
-    """The error curves from their beginning, over the clock that is chosen."""
-    whole = rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END))
-    name = f"Mean absolute error [{words_of(axis).effort_unit}]"
-    return rrb.TimeSeriesView(
-        origin="error", name=name, axis_x=whole, plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop)
-    )
+def _compare(palette: Palette, words: AxisWords) -> rrb.Horizontal:
+    curves = _axes_view(f"Damping over {words.rate}", SHOWN, "learning/compare_axes", palette)
+    compared = _text("learning/compared", "Compared")
+    return rrb.Horizontal(curves, compared, column_shares=[1.55, 1.0], name="Before and after")
 
 
-def _compare(palette: Palette, axis: Axis) -> rrb.Horizontal:
-    return rrb.Horizontal(
-        _axes_view(f"Damping over {words_of(axis).rate}", SHOWN, "learning/compare_axes", palette),
-        rrb.TextDocumentView(origin="learning/compared", name="Compared"),
-        column_shares=[1.55, 1.0],
-        name="Before and after",
-    )
+def _plot(path: str, name: str, whole: bool = False) -> rrb.TimeSeriesView:
+    """What stands below an entity over the chosen clock: the last minutes, or the whole."""
+    ends = (-WINDOW_S, MARGIN_S)
+    window = [_END, _END] if whole else [rr.TimeRangeBoundary.cursor_relative(seconds=end) for end in ends]
+    axis = rrb.TimeAxis(view_range=rr.TimeRange(start=window[0], end=window[1]))
+    return rrb.TimeSeriesView(origin=path, name=name, axis_x=axis, plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop))
 
 
-def _plot(path: str, name: str) -> rrb.TimeSeriesView:
-    """The last minutes of what stands below an entity, over the vehicle's time."""
-    window = rr.TimeRange(
-        start=rr.TimeRangeBoundary.cursor_relative(seconds=-WINDOW_S),
-        end=rr.TimeRangeBoundary.cursor_relative(seconds=MARGIN_S),
-    )
-    legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
-    return rrb.TimeSeriesView(origin=path, name=name, axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend)
+def _text(path: str, name: str) -> rrb.TextDocumentView:
+    return rrb.TextDocumentView(origin=path, name=name)
 
 
-def _signals(axis: Axis) -> rrb.Vertical:
-    words = words_of(axis)
+def _signals(words: AxisWords) -> rrb.Vertical:
     return rrb.Vertical(
-        rrb.TextDocumentView(origin=HINT, name="Signals"),
-        _plot("signals/yaw_rate", f"{words.rate_title} [{words.rate_unit}]"),
-        _plot("signals/torque", f"{words.effort_title} [{words.effort_unit}]"),
+        _text(HINT, "Signals"),
+        *_streams(words),
         _plot("signals/damping", f"Damping {words.moment} [{words.effort_unit}]"),
         _plot("signals/residual", f"Residual [{words.effort_unit}]"),
         _plot("signals/rejected", "Rejected samples, since start"),
@@ -139,40 +124,33 @@ def _signals(axis: Axis) -> rrb.Vertical:
     )
 
 
+def _streams(words: AxisWords) -> list[rrb.TimeSeriesView]:
+    return [
+        _plot("signals/yaw_rate", f"{words.rate_title} [{words.rate_unit}]"),
+        _plot("signals/torque", f"{words.effort_title} [{words.effort_unit}]"),
+    ]
+
+
+def _error(words: AxisWords) -> rrb.TimeSeriesView:
+    return _plot("error", f"Mean absolute error [{words.effort_unit}]", whole=True)
+
+
 def _channels(names: Sequence[str]) -> rrb.Grid:
     plots = [_plot(f"{CHANNELS}/{name}", channel(name)) for name in names]
     return rrb.Grid(*plots, grid_columns=min(COLUMNS, len(plots)), name="Channels")
 
 
-def _effects(axis: Axis, found: Mapping[str, str]) -> rrb.Horizontal:
-    words = words_of(axis)
-    plots: list[rrb.TimeSeriesView] = [
-        _plot("effects/torque", f"{words.effort_title}, with the effects [{words.effort_unit}]"),
-        _plot("effects/parts", f"What each part takes of the predicted {words.effort} [{words.effort_unit}]"),
+def _effects(words: AxisWords, found: Mapping[str, str]) -> rrb.Horizontal:
+    plots = list(found.items())[:MAX_FOUND_PLOTS] or [
+        ("effects/torque", f"{words.effort_title}, with the effects [{words.effort_unit}]"),
+        ("effects/parts", f"What each part takes of the predicted {words.effort} [{words.effort_unit}]"),
     ]
-    if found:
-        plots = [_plot(path, title) for path, title in list(found.items())[:MAX_FOUND_PLOTS]]
-    return rrb.Horizontal(
-        rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
-        rrb.Vertical(*plots),
-        column_shares=[1.0, 1.8],
-        name="Effects",
-    )
+    ledger, drawn = _text("effects/ledger", "Traced effects"), rrb.Vertical(*(_plot(*each) for each in plots))
+    return rrb.Horizontal(ledger, drawn, column_shares=[1.0, 1.8], name="Effects")
 
 
-def _health(axis: Axis) -> rrb.Horizontal:
-    return rrb.Horizontal(
-        rrb.TextDocumentView(origin="signals/health/now", name="Health"),
-        rrb.Vertical(
-            rrb.StateTimelineView(origin="signals/health/level", name="Level"),
-            rrb.TimeSeriesView(
-                origin="signals/health/learned",
-                name=f"Learned share of the {words_of(axis).rate} range",
-                axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END)),
-                axis_y=rrb.ScalarAxis(range=(0.0, 1.05)),
-            ),
-            row_shares=[0.5, 1.0],
-        ),
-        column_shares=[1.0, 1.4],
-        name="Health",
-    )
+def _health(words: AxisWords) -> rrb.Horizontal:
+    level = rrb.StateTimelineView(origin="signals/health/level", name="Level")
+    learned = _plot("signals/health/learned", f"Learned share of the {words.rate} range", whole=True)
+    history = rrb.Vertical(level, learned, row_shares=[0.5, 1.0])
+    return rrb.Horizontal(_text("signals/health/now", "Health"), history, column_shares=[1.0, 1.4], name="Health")

@@ -8,18 +8,16 @@ from math import inf
 
 import numpy as np
 import rerun as rr
-from rerun.components import InterpolationMode, MarkerShape
+from rerun.components import MarkerShape
 
-from viewer.frame import VEHICLE_TIME, WALL_TIME, Floats, Frame
+from viewer.frame import Frame
 from viewer.names import channel
 from viewer.palette import LIGHT
-from viewer.pauses import Pauses
 from viewer.recorder import Recorder
 
 ALL = "all_reasons"
 HINT = "signals/clock"
 CHANNELS = "signals/channel"
-PREDICTED = "signals/damping/predicted"
 SWITCH = "# Choose *vehicle_time* below\n\nThe signals run on the vehicle's time, in the list at the lower left."
 ON_TIME = (
     "All on the vehicle's time. Raw: as it came in. Synchronised: on the learner's grid, smoothed, from its own stamps."
@@ -34,7 +32,6 @@ class Raw:
     time: list[float] = field(default_factory=list)
     value: list[float] = field(default_factory=list)
     seen: list[float] = field(default_factory=list)
-    pauses: Pauses = field(default_factory=Pauses)
 
 
 class SignalsPage:
@@ -44,20 +41,15 @@ class SignalsPage:
         self._rec = rec
         self._raw: dict[str, Raw] = {}
         self.channels: list[str] = []  # in the order in which they came
-        self._predicted = Pauses()
         self._rejected: dict[str, int] = {}
         self._explained = False
         self._drawn = -inf  # the vehicle's time of the newest sample that is logged [s]
-        # The viewer's own plots follow its theme: these colours are read on white and on black.
-        series = LIGHT
-        self._refusals = (series.discarded, series.new, series.forgotten, series.old, series.outlier, series.support)
-        line, dot = rec.line, rec.dots
-        line("signals/yaw_rate/raw", series.old, "Raw", 1.5)
-        dot("signals/yaw_rate/synchronised", series.forgotten, "Synchronised", MarkerShape.Circle, 1.6)
-        line("signals/torque/raw", series.before, "Raw", 1.5)
-        dot("signals/damping/synchronised", series.forgotten, "Sample", MarkerShape.Circle, 2.2)
-        line(PREDICTED, series.support, "Model before it saw the sample", 2.0)
-        dot("signals/residual", series.new, "Sample - model", MarkerShape.Diamond, 2.6)
+        rec.line("signals/yaw_rate/raw", "Raw", LIGHT.old)
+        rec.dots("signals/yaw_rate/synchronised", LIGHT.forgotten, "Synchronised", MarkerShape.Circle, 1.6)
+        rec.line("signals/torque/raw", "Raw", LIGHT.before)
+        rec.dots("signals/damping/synchronised", LIGHT.forgotten, "Sample", MarkerShape.Circle, 2.2)
+        rec.line("signals/damping/predicted", "Model before it saw the sample", LIGHT.support, 2.0)
+        rec.dots("signals/residual", LIGHT.new, "Sample - model", MarkerShape.Diamond, 2.6)
 
     def receive(self, name: str, time: Sequence[float], value: Sequence[float], seen: float) -> None:
         """Takes (n,) stamps of the vehicle [s] and values of a stream, come in at `seen` [s since 1970]."""
@@ -84,13 +76,10 @@ class SignalsPage:
             path = f"signals/{name}/raw" if name in OWN else f"{CHANNELS}/{name}"
             if name not in OWN and name not in self.channels:
                 self.channels.append(name)
-                self._rec.line(path, self._refusals[len(self.channels) % len(self._refusals)], channel(name), 1.5)
-            times, values = raw.pauses.broken(np.array(raw.time), np.array(raw.value, dtype=np.float64))
-            # A point that ends a line came in with the one after it.
-            seen = np.interp(times, raw.time, raw.seen) if len(times) > len(raw.time) else np.array(raw.seen)
-            clocks = [rr.TimeColumn(VEHICLE_TIME, duration=times), rr.TimeColumn(WALL_TIME, timestamp=seen)]
-            self._rec.send_columns(path, clocks, rr.Scalars.columns(scalars=values))
-            raw.time, raw.value, raw.seen = [], [], []
+                self._rec.line(path, channel(name))
+            time, value, seen = (np.array(each, dtype=np.float64) for each in (raw.time, raw.value, raw.seen))
+            self._rec.series(path, time, value, seen)
+            self._raw[name] = Raw()
 
     def log(self, frame: Frame) -> None:
         """One iteration's samples, at the clocks that are set."""
@@ -100,34 +89,19 @@ class SignalsPage:
         # A learner that changes over to other effects says its last batch again: what it said at the time stands.
         new = time > self._drawn
         if new.any():
-            columns: dict[str, Sequence[float] | Floats] = {
-                "signals/yaw_rate/synchronised": batch.rate,
-                "signals/damping/synchronised": batch.damping,
-            }
+            columns = {"yaw_rate/synchronised": batch.rate, "damping/synchronised": batch.damping}
             if batch.predicted is not None:
-                columns[PREDICTED] = batch.predicted
-                columns["signals/residual"] = np.subtract(batch.damping, batch.predicted)
+                columns["damping/predicted"] = batch.predicted
+                columns["residual"] = tuple(np.subtract(batch.damping, batch.predicted))
             for path, values in columns.items():
-                at, value = time[new], np.array(values)[new]
-                if path == PREDICTED:
-                    at, value = self._predicted.broken(at, value)
-                self._rec.series(path, at, value)
+                self._rec.series(f"signals/{path}", time[new], np.array(values)[new])
             self._drawn = batch.time[-1]
 
     def reject(self, counters: Mapping[str, int]) -> None:
         """The refused samples so far, altogether and by reason, at the clocks that are set."""
         reasons = {name.removeprefix("rejected:"): count for name, count in counters.items() if "rejected:" in name}
         counts = {ALL: sum(reasons.values()), **reasons}
-        for reason in counts.keys() - self._rejected.keys():
-            colour = self._refusals[len(self._rejected) % len(self._refusals)]
-            style = rr.SeriesLines(
-                colors=colour,
-                names=reason.replace("_", " ").capitalize(),
-                widths=2.0,
-                interpolation_mode=InterpolationMode.StepAfter,
-            )
-            self._rec.log(f"signals/rejected/{reason}", style, static=True)
-            self._rejected[reason] = 0
-        self._rejected.update(counts)
+        self._rejected |= counts
         for reason, count in self._rejected.items():
+            self._rec.line(f"signals/rejected/{reason}", reason.replace("_", " ").capitalize(), width=2.0)
             self._rec.log(f"signals/rejected/{reason}", rr.Scalars(float(count)))
