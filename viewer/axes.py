@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import rerun as rr
@@ -46,7 +46,7 @@ class Sign:
     text: str
     colour: Colour
     mark: str = ""
-    line: str = ""
+    line: Literal["", "-", "--"] = ""
     size: float = 5.0
 
     def handle(self) -> Line2D:
@@ -71,7 +71,8 @@ class Axes:
     def around(x: float, y: float, labels: tuple[str, str]) -> Axes:
         """Axes with some air around −x to x and −y to y, that end at round numbers."""
         ends = (MaxNLocator(10, steps=(1, 2, 2.5, 5, 10)).tick_values(-AIR * each, AIR * each)[-1] for each in (x, y))
-        return Axes(*map(float, ends), labels)
+        high_x, high_y = map(float, ends)
+        return Axes(high_x, high_y, labels)
 
     @property
     def scale(self) -> tuple[float, float]:

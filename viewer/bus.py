@@ -118,10 +118,6 @@ class Bus:
         kept = self._models.get((report.boot, report.revision))
         return kept or self._ask(self._keys.model, f"revision={report.revision}", ModelSnapshot)
 
-    def latest(self) -> ModelSnapshot | None:
-        """The model that is served now; None before there is one."""
-        return self._ask(self._keys.model, "", ModelSnapshot)
-
     def health(self) -> Health | None:
         return self._ask(self._keys.health, "", Health)
 

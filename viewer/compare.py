@@ -11,8 +11,7 @@ import numpy as np
 import rerun as rr
 
 from viewer.axes import Axes, Sign, place, style
-from viewer.curve import rates, trained_part
-from viewer.frame import Floats, Frame, clock_text, positions
+from viewer.frame import Frame, clock_text, positions
 from viewer.palette import Palette
 from viewer.recorder import Recorder
 from viewer.table import quantity
@@ -77,7 +76,7 @@ class ComparePage:
         self._samples[name] = np.concatenate((self._samples[name], new))[-MAX_SAMPLES:]
 
     def _draw(self, name: str, frame: Frame, axes: Axes) -> None:
-        curve = curve_of(frame, axes)
+        curve = frame.curve
         lines = [curve[k : k + 4] for k in range(0, len(curve) - 1, 5)] if name == "before" else [curve]
         self._rec.log(f"learning/{name}/function", rr.LineStrips2D(lines))
         place(self._rec, f"learning/{name}/support", self._support[name], positions(frame.report.support), axes)
@@ -91,13 +90,6 @@ class ComparePage:
         if self._choice.before is None or self._choice.after is None:
             return curves
         return [*curves, *(Sign(f"Samples {name}", sign.colour, "o", size=2.0) for name, sign in both.items())]
-
-
-def curve_of(frame: Frame, axes: Axes) -> Floats:
-    """The learned damping within its trained range, (n, 2) [rad/s, N m]."""
-    assert frame.model is not None
-    rate = trained_part(rates(axes), frame.model)
-    return np.column_stack((rate, frame.model.predict(rate).damping))
 
 
 def words(chosen: dict[str, Frame], unit: str) -> str:

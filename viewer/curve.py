@@ -20,7 +20,7 @@ CURVE_STEP = 9.0  # canvas units between two points of the curve
 def draw(model: Model, axes: Axes) -> dict[str, Lines]:
     """The learned curve over the whole axis, as strips in rad/s and N m."""
     low, high = model.trained_range or (0.0, 0.0)
-    rate = np.unique(np.concatenate((rates(axes), (low, high))))
+    rate = np.unique(np.concatenate((np.arange(-axes.x, axes.x, axes.size(CURVE_STEP)[0]), (low, high))))
     said = model.predict(rate)
     curve = np.column_stack((rate, said.damping))
     tube = np.array([0.0, model.epsilon])
@@ -37,22 +37,11 @@ def draw(model: Model, axes: Axes) -> dict[str, Lines]:
     }
 
 
-def rates(axes: Axes) -> Floats:
-    """The rates over the whole axis at which a curve is drawn [rad/s]."""
-    return np.arange(-axes.x, axes.x, axes.size(CURVE_STEP)[0], dtype=np.float64)
-
-
 def runs(curve: Floats, chosen: NDArray[np.bool_]) -> list[Floats]:
     """The parts of the (n, 2) curve where `chosen` (n,) holds, each at least two points long."""
     ends = np.flatnonzero(np.diff(chosen)) + 1
     parts = zip(np.split(curve, ends), np.split(chosen, ends), strict=True)
     return [part for part, wanted in parts if wanted[0] and len(part) > 1]
-
-
-def trained_part(rate: Floats, model: Model) -> Floats:
-    """The rates inside the trained range, with both its ends [rad/s]."""
-    low, high = model.trained_range or (0.0, 0.0)
-    return np.unique(np.concatenate(([low], rate[(rate > low) & (rate < high)], [high])))
 
 
 def _hatch(curve: Floats, doubt: Floats, axes: Axes) -> list[Floats]:

@@ -78,16 +78,15 @@ class EffectsPage:
                 if not isinstance(value, float | int):
                     continue
                 path = f"effects/found/{_entity(name)}/{key}"
-                if path not in self._found:
-                    self._found[path] = name, key
-                    colours = {"estimate": LIGHT.new, "low": LIGHT.discarded, "high": LIGHT.discarded}
-                    for line, colour in colours.items():
-                        title = {"estimate": "Estimate", "low": "95 % from", "high": "to"}[line]
-                        self._rec.line(f"{path}/{line}", title, colour)
-                self._rec.log(f"{path}/estimate", rr.Scalars(float(value)))
+                self._found[path] = name, key
                 low, high = intervals.get(key) or (value, value)
-                self._rec.log(f"{path}/low", rr.Scalars(float(low)))
-                self._rec.log(f"{path}/high", rr.Scalars(float(high)))
+                for line, number, title, colour in (
+                    ("estimate", value, "Estimate", LIGHT.new),
+                    ("low", low, "95 % from", LIGHT.discarded),
+                    ("high", high, "to", LIGHT.discarded),
+                ):
+                    self._rec.line(f"{path}/{line}", title, colour)
+                    self._rec.log(f"{path}/{line}", rr.Scalars(float(number)))
 
     def _tell(self) -> None:
         self._rec.write("effects/ledger", ledger_text(self._ledger, self._rec.words))

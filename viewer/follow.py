@@ -15,7 +15,6 @@ from viewer.recording_pages import RecordingPages
 log = logging.getLogger(__name__)
 
 FLUSH_S = 1.0
-MANY_ITERATIONS = 100  # iterations that take longer to fetch than anybody waits without a word
 AWAY_WORDS = (
     "The learner does not answer. Its last model stays on the screen; everything it learns meanwhile is fetched later."
 )
@@ -106,17 +105,13 @@ class Follower:
 
     def _catch_up(self, before: int | None = None) -> None:
         """Shows the iterations that were missed, those below revision `before`."""
-        latest = self._bus.latest()
-        behind = 0 if latest is None else latest.revision - self._pages.revision
-        if behind > MANY_ITERATIONS:
-            log.info("fetching %d iterations", behind)
         for report in self._bus.reports(self._pages.revision):
             if before is not None and report.revision >= before:
                 return
-            self._show(report, None, hurry=behind > MANY_ITERATIONS)
+            self._show(report, None)
         self._pages.flush()
 
-    def _show(self, report: IterationReport, seen: float | None, hurry: bool = False) -> None:
+    def _show(self, report: IterationReport, seen: float | None) -> None:
         if self._earliest is not None and report.t < self._earliest:
             log.warning("the vehicle's clock restarted at %.1f s", report.t)
             self._pages = self._begin()
@@ -124,7 +119,5 @@ class Follower:
         self._earliest = report.t - 0.5 * max(report.t - report.time_span[0], 0.0)
         frame = Frame(report, self._bus.model(report), seen)
         self._pages.iteration(frame)
-        # Whatever happens to us from here on, it is in the file; the far past goes there in larger pieces.
-        if not hurry or report.iteration % 20 == 0:
-            self._pages.flush()
+        self._pages.flush()  # whatever happens to us from here on, it is in the file
         log.info("iteration %d at %.1f s", report.iteration, report.t)

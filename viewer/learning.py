@@ -62,7 +62,7 @@ class LearningPage:
         for name in CURVES:
             lines = curves.get(name, NONE)
             if self._is_news(name, np.concatenate(lines).tobytes() if len(lines) else b""):
-                self._rec.log(f"learning/{name}", rr.LineStrips2D(lines))
+                self._rec.log(f"learning/{name}", rr.LineStrips2D(list(lines)))
         return axes
 
     def _is_news(self, name: str, drawn: bytes) -> bool:

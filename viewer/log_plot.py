@@ -84,8 +84,8 @@ def _panel(axes: Axes, streams: Mapping[str, Stream], since: float) -> None:
         short = {f"thruster {number}": str(number) for number in re.findall(r"thruster_(\d+)", " ".join(streams))}
         handles, labels = axes.get_legend_handles_labels()
         words = [next((to for of, to in short.items() if label.startswith(f"{of} ")), label) for label in labels]
-        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "borderaxespad": 0.0}
-        axes.legend(handles, words, ncols=len(words), handlelength=1.2, columnspacing=1.2, **place)
+        where = (1.0, 0.97)
+        axes.legend(handles, words, ncols=len(words), loc="lower right", bbox_to_anchor=where, borderaxespad=0.0)
 
 
 def _outside(spans: Spans | None, begins: float, ends: float) -> list[tuple[float, float]]:

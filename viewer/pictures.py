@@ -44,7 +44,7 @@ def pictures(recording: Path, folder: Path, page: str | None = None) -> None:
         for iteration in ITERATIONS:
             screen.show("Learning", iteration)
             _save(screen, folder / f"iteration-{iteration:02d}.png")
-        for each in ("Before and after", "Signals", "Effects", "Health"):
+        for each in ("Before and after", "Signals", "Effects"):
             screen.show(each)
             _save(screen, _named(folder, each))
     hull_picture.draw(recording.parent, folder / "hull.png")

@@ -30,8 +30,8 @@ class RecordingPages:
     def __init__(self, recorder: Recorder, palette: Palette, choice: Choice, rate: float) -> None:
         self.recorder = recorder
         self.revision = 0
-        self._palette, self._choice = palette, choice
-        self._laid: tuple[int, tuple[tuple[str, str], ...]] = (0, ())
+        self._palette = palette
+        self._laid: tuple[tuple[str, ...], Mapping[str, str]] = ((), {})
         self._iteration: int | None = None
         self._vehicle: float | None = None
         self._said: tuple[Any, float] = (None, 0.0)  # what was last logged of the learner's health, and when
@@ -94,31 +94,14 @@ class RecordingPages:
         self._now(seen, None)
         self._effects.say(ledger)
 
-    @property
-    def found(self) -> Mapping[str, str]:
-        """What is drawn of effects that are not in force: entity → the title of its plot."""
-        return self._effects.found
-
     def flush(self) -> bool:
         """Brings all that came in to the file and the screen; False once the file had to be given up."""
         self._signals.flush()
-        self._lay_out()
+        channels, found = tuple(self._signals.channels), self._effects.found
+        if (channels, found) != self._laid:  # one came: the pages are laid out anew
+            self._laid = channels, found
+            self.recorder.lay_out(blueprint(self._palette, channels=channels, found=found, axis=self.recorder.axis))
         return self.recorder.flush()
-
-    def _lay_out(self) -> None:
-        """Pages for the further channels, and for what is found, laid out anew where one came."""
-        channels, found = self._signals.channels, self.found
-        wanted = (len(channels), tuple(found.items()))
-        if wanted != self._laid:
-            self._laid = wanted
-            self.recorder.lay_out(
-                blueprint(
-                    self._palette,
-                    channels=channels,
-                    found=found,
-                    axis=self.recorder.axis,
-                )
-            )
 
     def _now(self, seen: float, vehicle: float | None) -> None:
         """The clocks of what belongs to no iteration: it stands at the newest one."""

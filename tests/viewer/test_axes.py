@@ -48,7 +48,7 @@ def test_the_frame_is_where_the_data_are_put(palette: Palette) -> None:
 
 def near(one: object, other: Colour) -> bool:
     assert isinstance(one, tuple)
-    return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= 12
+    return all(abs(a - b) <= 12 for a, b in zip(one, other, strict=True))
 
 
 def luminance(colour: Colour) -> float:

@@ -46,7 +46,7 @@ def test_streams_of_a_kind_share_a_panel_and_a_pause_breaks_a_line() -> None:
 
 
 def test_what_has_no_panel_is_named_and_stamps_since_1970_are_a_date() -> None:
-    time = 1.7e9 + np.arange(0.0, 10.0, 0.1)
+    time = np.linspace(1.7e9, 1.7e9 + 9.9, 100)
     figure = of_log("dive", {f"channel{k}": (time, time) for k in range(MAX_PANELS + 2)}, {}, ())
     assert figure.axes[0].get_title(loc="left") == "dive; grey: disarmed; not drawn: channel9, channel10"
     assert figure.axes[-1].get_xlabel() == "time [s] since 2023-11-14 22:13:20 UTC"

@@ -15,7 +15,6 @@ from tests.viewer.conftest import Run
 from tests.viewer.readback import every, points, rows, series, shown, verify
 from viewer import archive, recording_pages
 from viewer.compare import Choice
-from viewer.curve import trained_part
 from viewer.effects import columns
 from viewer.frame import Frame, positions
 from viewer.pages import blueprint
@@ -162,13 +161,6 @@ def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> Non
     assert "curve is missing" in rows(path, "TextDocument:text")["/learning/table"][1][0]
 
 
-def test_the_trained_part_ends_at_both_ends(run: Run) -> None:
-    model = run.iterations[0][1].model()
-    rate = trained_part(np.linspace(-1.0, 1.0, 11), model)
-    assert (rate[0], rate[-1]) == model.trained_range
-    assert (np.diff(rate) > 0.0).all()
-
-
 def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path: Path) -> None:
     report, snapshot = run.iterations[0]
     wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
@@ -239,12 +231,13 @@ def test_what_is_found_is_drawn_with_its_state_until_effects_are_in_force(
     assert pages.flush()
     pages.effects(EffectsLedger(mode="advise", found=(found | about | {"state": "proven"},)), time.time())
     assert pages.flush()
-    assert plots == [{entity: f"Torque lag, {state}: time constant [s]"} for state in ("suspected", "proven")]
     pages.effects(EffectsLedger(mode="advise"), time.time())
-    assert pages.found == {entity: "Torque lag, no longer found: time constant [s]"}
+    assert pages.flush()
     pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
-    assert not pages.found
+    assert pages.flush()
     recorder.close()
+    states = ("suspected", "proven", "no longer found")
+    assert plots == [*({entity: f"Torque lag, {state}: time constant [s]"} for state in states), {}]
     drawn = series(path, "/effects/found")
     assert {name.rpartition("/")[2]: set(values) for name, values in drawn.items()} == {
         "estimate": {0.71},

@@ -41,22 +41,9 @@ def main() -> int:
             stack.callback(process.wait)
             stack.callback(process.terminate)
         _wait(page)
-        flags = (
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--hide-scrollbars",
-            f"--user-data-dir={folder}/browser",
-        )
-        command = [
-            browser,
-            *flags,
-            f"--window-size={SIZE}",
-            "--virtual-time-budget=1500",
-            f"--screenshot={picture}",
-            page,
-        ]
-        subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
+        flags = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--virtual-time-budget=1500")
+        command = [browser, *flags, f"--user-data-dir={folder}/browser", f"--window-size={SIZE}"]
+        subprocess.run([*command, f"--screenshot={picture}", page], check=True, stderr=subprocess.DEVNULL)
     return 0
 
 
