@@ -112,9 +112,9 @@ def test_a_container_starts_learns_of_the_vehicles_router_and_ends(router: str, 
                 assert {"name", "description", "icon", "company", "version", "webpage", "api"} <= set(json.load(answer))
             assert state["prefix"] == "bluerov/yaw"
             assert state["away"] is None
-            assert [each["name"] for each in state["recordings"]] == ["bluerov-yaw_000001.mcap"]
             os.kill(started.pid, signal.SIGTERM)
             assert started.wait(PATIENCE) == 0
         finally:
             os.killpg(started.pid, signal.SIGKILL)
     assert (tmp_path / "state").is_dir()
+    assert [path.name for path in (tmp_path / "archive").iterdir()] == ["bluerov-yaw_000001.mcap"]

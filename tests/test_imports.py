@@ -30,7 +30,6 @@ ALLOWED = {
         "incsvr",
         "service.wire",
         "service.inputs.quantities",
-        "service.logs.picture",
         "service.recordings",
         "service.config",
         "service.cli.console",

@@ -7,155 +7,130 @@ units, so that pointing at a sample shows rad/s and N m.
 from __future__ import annotations
 
 import io
-import zlib
-from dataclasses import dataclass, replace
-from math import ceil, floor, log10
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
 
-from PIL import Image, ImageDraw
+import numpy as np
+import rerun as rr
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from rerun.components import Radius
 
-from viewer.painter import SHARP, Mark, Painter
-from viewer.palette import Colour, Palette
+from viewer.frame import Floats
+from viewer.palette import Colour, Palette, hexadecimal
+from viewer.recorder import Recorder
 
-
-@dataclass(frozen=True, slots=True)
-class NumberedAxis:
-    """A numbered axis: from `low` to `high` with a tick each `step`, in the unit that stands in `label`."""
-
-    low: float
-    high: float
-    step: float
-    label: str
-
-    @property
-    def ticks(self) -> list[float]:
-        first, last = ceil(self.low / self.step - 1e-6), floor(self.high / self.step + 1e-6)
-        return [k * self.step for k in range(first, last + 1)]
-
-    def text(self, value: float) -> str:
-        digits = next((d for d in range(9) if abs(round(self.step, d) - self.step) < 1e-6 * self.step), 9)
-        return f"{value:.{digits}f}" if abs(value) > self.step * 1e-6 else "0"
-
-
-def axis_for(low: float, high: float, label: str, *, ticks: int = 8) -> NumberedAxis:
-    """The axis whose ends are multiples of a round step (1, 2, 2.5 or 5 times a power of ten) around [low, high]."""
-    if not high > low:
-        low, high = low - 0.5, high + 0.5
-    raw = (high - low) / ticks
-    power = 10.0 ** floor(log10(raw))
-    step = next(factor * power for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if factor * power >= raw * 0.999)
-    return NumberedAxis(floor(low / step + 1e-6) * step, ceil(high / step - 1e-6) * step, step, label)
-
-
-def even_axis(reach: float, label: str) -> NumberedAxis:
-    """From −2 to 2 steps around zero, so that two such axes share one grid."""
-    power = 10.0 ** floor(log10(reach / 2.0)) if reach > 0.0 else 1.0
-    step = next(
-        k * power for k in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0) if 2.0 * k * power >= reach * 0.999
-    )
-    return NumberedAxis(-2.0 * step, 2.0 * step, step, label)
+WIDTH, HEIGHT = 1500, 1330
+"""The canvas, in its own units; (0, 0) is its upper left corner."""
+LEFT, RIGHT, TOP, BOTTOM = 130.0, 1460.0, 275.0, 1235.0
+"""The frame on the canvas."""
+SHARP = 1.6  # pixels of the picture for one unit of the canvas: stays sharp on a large screen
+FONT = 22.0  # points of a picture of 15 inches: read from two metres
+AIR = 1.15  # times what the axes must hold, so that a run that widens its range redraws them a few times only
+STROKES: Mapping[str, tuple[tuple[tuple[float, float], ...], ...]] = {
+    "s": (((-5, -5), (5, -5), (5, 5), (-5, 5), (-5, -5)),),
+    "x": (((-10, -10), (10, 10)), ((-10, 10), (10, -10))),
+    "D": (((0, 14), (14, 0), (0, -14), (-14, 0), (0, 14)),),
+    "_": (((-10, 0), (10, 0)),),
+    "|": (((0, -10), (0, 10)),),
+}
+"""Marks beside the disc `o`, as matplotlib names them: their lines in units of the canvas."""
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
-    """One word of the legend."""
+class Sign:
+    """How samples or a curve are drawn, and what the legend calls them: matplotlib's marker, line style and width."""
 
-    mark: Mark
-    colour: Colour
     text: str
+    colour: Colour
+    mark: str = ""
+    line: Literal["", "-", "--"] = ""
+    size: float = 5.0
+
+    def handle(self) -> Line2D:
+        """The sign in the legend."""
+        filled = self.mark in ("o", "s") and self.size < 9.0
+        return Line2D(
+            [], [], color=hexadecimal(self.colour), marker=self.mark or None, linestyle=self.line or "none",
+            markersize=2.6 * self.size, markerfacecolor=None if filled else "none", markeredgewidth=3.0,
+            linewidth=self.size, label=self.text,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """Axes on a canvas of `width` × `height` units; (0, 0) is the canvas' upper left corner."""
+    """From −`x` to `x` and from −`y` to `y`, in the units that stand in the labels."""
 
-    x: NumberedAxis
-    y: NumberedAxis
-    width: int
-    height: int
-    legend: tuple[tuple[Entry, ...], ...] = ()  # rows
-    font: int = 30
-    y_right: NumberedAxis | None = None  # a second quantity over the same x
+    x: float
+    y: float
+    labels: tuple[str, str] = ("", "")
 
-    @property
-    def left(self) -> float:
-        return 4.4 * self.font
-
-    @property
-    def right(self) -> float:
-        return self.width - (1.3 if self.y_right is None else 4.4) * self.font
-
-    @property
-    def top(self) -> float:
-        return (2.2 + 1.45 * len(self.legend)) * self.font
-
-    @property
-    def bottom(self) -> float:
-        return self.height - 3.1 * self.font
+    @staticmethod
+    def around(x: float, y: float, labels: tuple[str, str]) -> Axes:
+        """Axes with some air around −x to x and −y to y, that end at round numbers."""
+        ends = (MaxNLocator(10, steps=(1, 2, 2.5, 5, 10)).tick_values(-AIR * each, AIR * each)[-1] for each in (x, y))
+        high_x, high_y = map(float, ends)
+        return Axes(high_x, high_y, labels)
 
     @property
     def scale(self) -> tuple[float, float]:
         """Canvas units per physical unit; y points down on the canvas."""
-        return (
-            (self.right - self.left) / (self.x.high - self.x.low),
-            -(self.bottom - self.top) / (self.y.high - self.y.low),
-        )
-
-    @property
-    def translation(self) -> tuple[float, float]:
-        """Where the physical (0, 0) lies on the canvas."""
-        sx, sy = self.scale
-        return self.left - self.x.low * sx, self.bottom - self.y.low * sy
+        return (RIGHT - LEFT) / (2.0 * self.x), -(BOTTOM - TOP) / (2.0 * self.y)
 
     def size(self, units: float) -> tuple[float, float]:
         """What spans `units` of the canvas in both directions, in physical units."""
-        sx, sy = self.scale
-        return units / abs(sx), units / abs(sy)
+        return units / self.scale[0], -units / self.scale[1]
 
-    def canvas(self, x: float, y: float) -> tuple[float, float]:
-        (sx, sy), (tx, ty) = self.scale, self.translation
-        return tx + sx * x, ty + sy * y
+    def log(self, rec: Recorder, path: str, palette: Palette, legend: list[Sign], entities: list[str]) -> None:
+        """The picture at `path`, and for each of `entities` the way from physical units onto it."""
+        rec.log(path, rr.EncodedImage(contents=self.png(palette, legend), media_type="image/png", draw_order=-10.0))
+        rec.log(path, rr.Transform3D(scale=1.0 / SHARP))
+        middle = [(LEFT + RIGHT) / 2.0, (TOP + BOTTOM) / 2.0, 0.0]
+        for entity in entities:
+            rec.log(entity, rr.Transform3D(translation=middle, scale=[*self.scale, 1.0]))
 
-    def png(self, palette: Palette) -> bytes:
-        """The picture, PNG, SHARP times the canvas.
-
-        One byte a pixel, its shades numbered from the background to the text: a tenth of the time of full colour, and
-        drawn while a vehicle waits for the next iteration.
-        """
-        picture = Image.new("L", (round(self.width * SHARP), round(self.height * SHARP)), 0)
-        painter = Painter(ImageDraw.Draw(picture), palette, self.font)
-        for tick in self.x.ticks:
-            at, _ = self.canvas(tick, 0.0)
-            painter.line([(at, self.top), (at, self.bottom)], palette.frame if tick == 0.0 else palette.grid, 1.5)
-            painter.text((at, self.bottom + 0.55 * self.font), self.x.text(tick), "mt")
-        for tick in self.y.ticks:
-            _, at = self.canvas(0.0, tick)
-            painter.line([(self.left, at), (self.right, at)], palette.frame if tick == 0.0 else palette.grid, 1.5)
-            painter.text((self.left - 0.4 * self.font, at), self.y.text(tick), "rm")
-        if self.y_right is not None:
-            beside = replace(self, y=self.y_right)
-            for tick in self.y_right.ticks:
-                painter.text((self.right + 0.4 * self.font, beside.canvas(0.0, tick)[1]), self.y_right.text(tick), "lm")
-            painter.text((self.width - 0.4 * self.font, self.top - 0.85 * self.font), self.y_right.label, "rs")
-        corners = [(self.left, self.top), (self.right, self.top), (self.right, self.bottom), (self.left, self.bottom)]
-        painter.line([*corners, corners[0]], palette.frame, 2.0)
-        painter.text(((self.left + self.right) / 2, self.height - 0.35 * self.font), self.x.label, "ms")
+    def png(self, palette: Palette, legend: list[Sign]) -> bytes:
+        """The picture, PNG, SHARP times the canvas."""
+        figure = Figure(figsize=(WIDTH / 100.0, HEIGHT / 100.0), dpi=100.0 * SHARP)
+        figure.set_facecolor(hexadecimal(palette.background))
+        box = (LEFT / WIDTH, 1.0 - BOTTOM / HEIGHT, (RIGHT - LEFT) / WIDTH, (BOTTOM - TOP) / HEIGHT)
+        text, frame = hexadecimal(palette.text), hexadecimal(palette.frame)
+        plot = figure.add_axes(box, facecolor="none", xlim=(-self.x, self.x), ylim=(-self.y, self.y))
+        plot.set_xlabel(self.labels[0], color=text, fontsize=FONT)
         # The label of y stands upright above its axis: nobody has to tilt the head.
-        painter.text((0.4 * self.font, self.top - 0.85 * self.font), self.y.label, "ls")
-        _legend(painter, self)
-        picture.putpalette(painter.colours())
+        figure.text(0.01, 1.0 - (TOP - 24.0) / HEIGHT, self.labels[1], color=text, fontsize=FONT, va="bottom")
+        plot.tick_params(labelsize=0.9 * FONT, labelcolor=text, color=frame, pad=8.0)
+        plot.locator_params(nbins=10, steps=(1, 2, 2.5, 5, 10))
+        plot.grid(color=hexadecimal(palette.grid), linewidth=1.5)
+        for line in (plot.axhline, plot.axvline):
+            line(0.0, color=frame, linewidth=1.5, zorder=1.0)
+        plot.spines[:].set(color=frame, linewidth=2.0)
+        figure.legend(
+            handles=[sign.handle() for sign in legend], ncols=3 if len(legend) > 4 else 2, loc="upper left",
+            fontsize=FONT, labelcolor=text, frameon=False, borderaxespad=0.2, columnspacing=1.5, labelspacing=0.35,
+        )  # fmt: skip
         written = io.BytesIO()
-        picture.save(written, "PNG", compress_level=6, compress_type=zlib.Z_RLE)
+        figure.savefig(written, format="png", facecolor=figure.get_facecolor(), pil_kwargs={"compress_level": 1})
         return written.getvalue()
 
 
-def _legend(painter: Painter, axes: Axes) -> None:
-    """Rows of signs and words above the plot, in columns so that the eye can run down."""
-    unit = axes.font / 30
-    columns = max((len(row) for row in axes.legend), default=1)
-    width = (axes.right - 0.4 * axes.font) / columns
-    for number, row in enumerate(axes.legend):
-        y = (0.95 + 1.45 * number) * axes.font
-        for column, entry in enumerate(row):
-            x = 0.4 * axes.font + column * width
-            painter.mark(entry.mark, x + 28 * unit, y, entry.colour)
-            painter.text((x + 66 * unit, y), entry.text, "lm")
+def style(rec: Recorder, path: str, sign: Sign, order: float) -> None:
+    """How the samples at `path` look; they stay the same over all iterations. A later `order` is above."""
+    radius = sign.size if sign.mark == "o" else 2.0
+    parts: list[Any] = [
+        rr.Points2D.from_fields(colors=sign.colour, radii=Radius.ui_points(radius), draw_order=order),
+    ]
+    if sign.mark in STROKES:
+        parts.append(rr.LineStrips2D.from_fields(colors=sign.colour, radii=Radius.ui_points(2.0), draw_order=order))
+    rec.log(path, *parts, static=True)
+
+
+def place(rec: Recorder, path: str, sign: Sign, at: Floats, axes: Axes) -> None:
+    """Samples `at` (n, 2) [rad/s, N m] with their mark around them, upright on the axes; none clear what was there."""
+    parts: list[Any] = [rr.Points2D(at)]
+    if sign.mark in STROKES:
+        strokes = [np.array(stroke) * axes.size(1.0) for stroke in STROKES[sign.mark]]
+        parts.append(rr.LineStrips2D([point + stroke for point in at for stroke in strokes]))
+    rec.log(path, *parts)

@@ -61,22 +61,21 @@ class Bus:
 
     def __init__(self, session: zenoh.Session, keys: Keys) -> None:
         self._session, self._keys = session, keys
+        self._forms: dict[str, type[Form]] = {
+            keys.model: ModelSnapshot,
+            keys.iteration: IterationReport,
+            keys.health: Health,
+            keys.effects: EffectsLedger,
+            keys.rate: Measurement,
+            keys.torque: Measurement,
+            keys.any_channel: Measurement,
+        }
         self._queue: deque[tuple[str, bytes, float] | Presence] = deque(maxlen=MAX_QUEUE_MESSAGES)
         self._filled = threading.Event()
-        self._arrived: deque[bytes] = deque(maxlen=MAX_MODELS)
         self._models: dict[tuple[str, int], ModelSnapshot] = {}
         self._declared: list[Any] = [
-            session.declare_subscriber(key, Callback(self._put, indirect=False))
-            for key in (
-                keys.rate,
-                keys.torque,
-                keys.any_channel,
-                keys.iteration,
-                keys.health,
-                keys.effects,
-            )
+            session.declare_subscriber(key, Callback(self._put, indirect=False)) for key in self._forms
         ]
-        self._declared.append(session.declare_subscriber(keys.model, Callback(self._put_model, indirect=False)))
         self._declared.append(
             session.liveliness().declare_subscriber(keys.alive, Callback(self._presence, indirect=False), history=True)
         )
@@ -98,7 +97,10 @@ class Bus:
             if isinstance(item, Presence):
                 yield item
             elif (message := self._decoded(*item)) is not None:
-                yield message
+                if isinstance(message.form, ModelSnapshot):
+                    self._keep(message.form)
+                else:
+                    yield message
 
     def reports(self, after: int) -> Iterator[IterationReport]:
         """The iterations that the learner still has, with a revision above `after`, in their order."""
@@ -113,13 +115,8 @@ class Bus:
 
     def model(self, report: IterationReport) -> ModelSnapshot | None:
         """The model that an iteration made, as it came or as the learner still has it; None where neither is."""
-        self._keep()
         kept = self._models.get((report.boot, report.revision))
         return kept or self._ask(self._keys.model, f"revision={report.revision}", ModelSnapshot)
-
-    def latest(self) -> ModelSnapshot | None:
-        """The model that is served now; None before there is one."""
-        return self._ask(self._keys.model, "", ModelSnapshot)
 
     def health(self) -> Health | None:
         return self._ask(self._keys.health, "", Health)
@@ -144,20 +141,11 @@ class Bus:
                 log.warning("%s: %s", selector, error)
         return None
 
-    def _keep(self) -> None:
-        """Takes in the models that arrived: each comes before the iteration that made it, which asks for it."""
-        for _ in range(len(self._arrived)):
-            try:
-                snapshot = decode(ModelSnapshot, self._arrived.popleft())
-            except BadInput as error:
-                log.debug("%s: %s", self._keys.model, error)
-                continue
-            self._models[snapshot.boot, snapshot.revision] = snapshot
-        while len(self._models) > MAX_MODELS:
+    def _keep(self, snapshot: ModelSnapshot) -> None:
+        """A model: it comes before the iteration that made it, which asks for it."""
+        self._models[snapshot.boot, snapshot.revision] = snapshot
+        if len(self._models) > MAX_MODELS:
             del self._models[next(iter(self._models))]
-
-    def _put_model(self, sample: zenoh.Sample) -> None:
-        self._arrived.append(sample.payload.to_bytes())
 
     def _put(self, sample: zenoh.Sample) -> None:
         self._queue.append((str(sample.key_expr), sample.payload.to_bytes(), time.time()))
@@ -168,14 +156,8 @@ class Bus:
         self._filled.set()
 
     def _decoded(self, key: str, payload: bytes, seen: float) -> Message | None:
-        keys = self._keys
-        forms: dict[str, type[Form]] = {
-            keys.iteration: IterationReport,
-            keys.health: Health,
-            keys.effects: EffectsLedger,
-        }
-        form: type[Any] = forms.get(key, Measurement)
-        stream = "" if key in forms else {keys.rate: "yaw_rate"}.get(key, key.rpartition("/")[2])
+        form: type[Any] = self._forms.get(key, Measurement)
+        stream = "yaw_rate" if key == self._keys.rate else key.rpartition("/")[2]
         try:
             return Message(decode(form, payload), stream, seen)
         except BadInput as error:

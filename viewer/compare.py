@@ -5,40 +5,28 @@ Where both are chosen, with the samples of both experiments, too: those up to th
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import rerun as rr
-from rerun.components import Radius
 
-from viewer.axes import Axes, Entry
-from viewer.component_batches import boxes, points, strips
-from viewer.curve import CURVE_STEP, trained_part
-from viewer.frame import Floats, Frame, clock_text, positions
-from viewer.learning import log_axes
+from viewer.axes import Axes, Sign, place, style
+from viewer.frame import Frame, clock_text, positions
 from viewer.palette import Palette
 from viewer.recorder import Recorder
 from viewer.table import quantity
 
 MAX_SAMPLES = 1000  # of each of the two at most: the newest
+SHOWN = [f"learning/{name}/{what}" for name in ("before", "after") for what in ("samples", "function", "support")]
+"""The entities of the page."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Which iterations are compared: None is the first one with a model, and the one that the page Learning shows."""
+    """Which iterations are compared: None is the first one with a model, and the latest."""
 
     before: int | None = None
     after: int | None = None
-
-    @property
-    def shown(self) -> list[str]:
-        """The entities of the page. Without a choice, after is what the page Learning draws, on the same axes."""
-        if self.after is None:
-            after = ["learning/uncertainty", "learning/function", "learning/extrapolation", "learning/support"]
-        else:
-            after = ["learning/after/function", "learning/after/support"]
-        samples = [] if self.after is None else ["learning/before/samples", "learning/after/samples"]
-        return ["learning/compare_axes", *samples, "learning/before/function", "learning/before/support", *after]
 
 
 class ComparePage:
@@ -49,17 +37,14 @@ class ComparePage:
         self._chosen: dict[str, Frame] = {}
         self._samples = {"before": np.empty((0, 2)), "after": np.empty((0, 2))}
         self._axes: Axes | None = None
-        for name, colour in (("before", palette.before), ("after", palette.support)):
-            rec.points(f"learning/{name}/samples", (*colour, 110), 1.8, 4.0)
-        for name, colour in (("before", palette.before), ("after", palette.function)):
-            rec.strip(f"learning/{name}/function", colour, 2.0, 26.0)
-        rec.log(
-            "learning/before/support",
-            rr.Points2D.from_fields(colors=palette.before, radii=Radius.ui_points(1.5), draw_order=12.0),
-            rr.Boxes2D.from_fields(colors=palette.before, radii=Radius.ui_points(1.0), draw_order=12.0),
-            static=True,
-        )
-        rec.points("learning/after/support", palette.support, 6.0, 10.0)
+        self._support = {
+            "before": Sign("Its support vectors", palette.before, "s"),
+            "after": Sign("Its support vectors", palette.support, "o", size=6.0),
+        }
+        for name, colour, order in (("before", palette.before, 26.0), ("after", palette.function, 24.0)):
+            rec.points(f"learning/{name}/samples", (*self._support[name].colour, 110), 1.8, 4.0)
+            rec.strip(f"learning/{name}/function", colour, 2.0, order)
+            style(rec, f"learning/{name}/support", self._support[name], 12.0)
 
     def log(self, frame: Frame, axes: Axes) -> None:
         """One iteration on the axes of the page Learning, at the clocks that are set."""
@@ -74,20 +59,12 @@ class ComparePage:
             changed.add("after")
         self._chosen |= dict.fromkeys(changed, frame)
         if axes is not self._axes:
-            self._axes = axes
-            changed = set(self._chosen)
-            log_axes(self._rec, "learning/compare_axes", self._picture(), self._palette, choice.shown[1:])
-        drawn = changed if choice.after is not None else changed - {"after"}
-        for name in sorted(drawn):
+            self._axes, changed = axes, set(self._chosen)
+            axes.log(self._rec, "learning/compare_axes", self._palette, self._legend(), SHOWN)
+        for name in sorted(changed):
             self._draw(name, self._chosen[name], axes)
         if changed:
             self._rec.write("learning/compared", words(self._chosen, self._rec.words.effort_unit))
-
-    def remember(self, frame: Frame) -> None:
-        """An iteration that is recorded already: it may have been the one to compare with."""
-        self._take(frame)
-        if frame.model is not None and ("before" not in self._chosen or frame.report.iteration == self._choice.before):
-            self._chosen["before"] = frame
 
     def _take(self, frame: Frame) -> None:
         """The iteration's samples, where both revisions are chosen: any other after would be drawn without end."""
@@ -99,45 +76,20 @@ class ComparePage:
         self._samples[name] = np.concatenate((self._samples[name], new))[-MAX_SAMPLES:]
 
     def _draw(self, name: str, frame: Frame, axes: Axes) -> None:
-        curve, at = curve_of(frame, axes), positions(frame.report.support)
-        samples = [points(at)]
-        if name == "before":
-            samples.append(boxes(at, axes.size(8.0)))
+        curve = frame.curve
         lines = [curve[k : k + 4] for k in range(0, len(curve) - 1, 5)] if name == "before" else [curve]
-        self._rec.log(f"learning/{name}/function", strips(lines))
-        self._rec.log(f"learning/{name}/support", *samples)
-        if self._choice.after is not None:
-            self._rec.log(f"learning/{name}/samples", points(self._samples[name]))
+        self._rec.log(f"learning/{name}/function", rr.LineStrips2D(lines))
+        place(self._rec, f"learning/{name}/support", self._support[name], positions(frame.report.support), axes)
+        self._rec.log(f"learning/{name}/samples", rr.Points2D(self._samples[name]))
 
-    def _picture(self) -> Axes:
-        """The axes of the page Learning with this page's words."""
-        assert self._axes is not None
-        palette = self._palette
-        rows: tuple[tuple[Entry, ...], ...] = (
-            (),
-            (Entry("dashes", palette.before, "Before"), Entry("frame", palette.before, "Its support vectors")),
-            (Entry("line", palette.function, "After"), Entry("disc", palette.support, "Its support vectors")),
-        )
-        if self._choice.after is None:
-            last = (
-                Entry("band", palette.band, "95 % of samples, after"),
-                Entry("dashes", palette.function, "After, extrapolated"),
-            )
-        else:
-            last = (
-                Entry("speck", palette.before, "Samples before"),
-                Entry("speck", palette.support, "Samples after"),
-            )
-        return replace(self._axes, legend=(*rows, last))
-
-
-def curve_of(frame: Frame, axes: Axes) -> Floats:
-    """The learned damping within its trained range, (n, 2) [rad/s, N m]."""
-    model = frame.model
-    assert model is not None
-    rate = np.arange(axes.x.low, axes.x.high, axes.size(CURVE_STEP)[0], dtype=np.float64)
-    rate = trained_part(rate, model)
-    return np.column_stack((rate, model.predict(rate).damping))
+    def _legend(self) -> list[Sign]:
+        """Two columns; with the samples a third."""
+        palette, both = self._palette, self._support
+        curves = [Sign("Before", palette.before, line="--"), both["before"]]
+        curves += [Sign("After", palette.function, line="-"), both["after"]]
+        if self._choice.before is None or self._choice.after is None:
+            return curves
+        return [*curves, *(Sign(f"Samples {name}", sign.colour, "o", size=2.0) for name, sign in both.items())]
 
 
 def words(chosen: dict[str, Frame], unit: str) -> str:

@@ -17,7 +17,6 @@ from service.wire import Batch, EffectsLedger
 from viewer.frame import Floats, Frame
 from viewer.names import effect, found_title, parameter, step, words
 from viewer.palette import LIGHT
-from viewer.pauses import Pauses
 from viewer.recorder import Recorder
 
 DAMPING = "damping"
@@ -28,14 +27,9 @@ class EffectsPage:
 
     def __init__(self, rec: Recorder) -> None:
         self._rec = rec
-        self._named: dict[str, str] = {}
-        self._words: dict[str, str] = {}
-        self._lines: dict[str, Pauses] = {}
         self._drawn = -inf  # the vehicle's time of the newest sample that is logged [s]
-        # The viewer's own plots follow its theme: these colours are read on white and on black.
-        self._colours = (LIGHT.support, LIGHT.old, LIGHT.new, LIGHT.outlier, LIGHT.forgotten, LIGHT.discarded)
         rec.dots("effects/torque/measured", LIGHT.old, "Measured", MarkerShape.Circle, 2.0)
-        rec.line("effects/torque/predicted", LIGHT.new, "Predicted")
+        rec.line("effects/torque/predicted", "Predicted", LIGHT.new)
         self._ledger, self._told = EffectsLedger(), False
         self._found: dict[str, tuple[str, str]] = {}  # entity → effect and parameter
 
@@ -70,21 +64,11 @@ class EffectsPage:
         new = time > self._drawn
         if not batch.parts or not new.any():
             return
-        self._words |= {_path(name): effect(name) for name in batch.parts}
+        for name in (*batch.parts, DAMPING):
+            self._rec.line(_path(name), effect(name))
         for path, values in columns(batch).items():
-            if path.startswith("effects/parts/") and path not in self._named:
-                colour = self._colours[len(self._named) % len(self._colours)]
-                name = self._words.get(path) or words(path.removeprefix("effects/parts/"))
-                self._rec.line(path, colour, name)
-                self._named[path] = name
-            line = self._lines.setdefault(path, Pauses())
-            self._rec.series(path, *line.broken(time[new], values[new]))
-        self.remember(frame)
-
-    def remember(self, frame: Frame) -> None:
-        """The parts of this iteration are logged."""
-        if frame.report.batch.parts:
-            self._drawn = frame.report.batch.time[-1]
+            self._rec.series(path, time[new], values[new])
+        self._drawn = batch.time[-1]
 
     def _draw_found(self) -> None:
         """The parameters of what is found and not in force, each with its interval, at the clocks that are set."""
@@ -94,16 +78,15 @@ class EffectsPage:
                 if not isinstance(value, float | int):
                     continue
                 path = f"effects/found/{_entity(name)}/{key}"
-                if path not in self._found:
-                    self._found[path] = name, key
-                    colours = {"estimate": LIGHT.new, "low": LIGHT.discarded, "high": LIGHT.discarded}
-                    for line, colour in colours.items():
-                        title = {"estimate": "Estimate", "low": "95 % from", "high": "to"}[line]
-                        self._rec.line(f"{path}/{line}", colour, title)
-                self._rec.log(f"{path}/estimate", rr.Scalars(float(value)))
+                self._found[path] = name, key
                 low, high = intervals.get(key) or (value, value)
-                self._rec.log(f"{path}/low", rr.Scalars(float(low)))
-                self._rec.log(f"{path}/high", rr.Scalars(float(high)))
+                for line, number, title, colour in (
+                    ("estimate", value, "Estimate", LIGHT.new),
+                    ("low", low, "95 % from", LIGHT.discarded),
+                    ("high", high, "to", LIGHT.discarded),
+                ):
+                    self._rec.line(f"{path}/{line}", title, colour)
+                    self._rec.log(f"{path}/{line}", rr.Scalars(float(number)))
 
     def _tell(self) -> None:
         self._rec.write("effects/ledger", ledger_text(self._ledger, self._rec.words))

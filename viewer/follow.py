@@ -7,9 +7,6 @@ import threading
 import time
 from collections.abc import Callable
 
-from rich.progress import track
-
-from service.cli.console import Console
 from service.wire import EffectsLedger, Health, IterationReport, Measurement
 from viewer.bus import Bus, Message, Presence
 from viewer.frame import Frame
@@ -18,7 +15,6 @@ from viewer.recording_pages import RecordingPages
 log = logging.getLogger(__name__)
 
 FLUSH_S = 1.0
-MANY_ITERATIONS = 100  # iterations that take longer to fetch than anybody waits without a word
 AWAY_WORDS = (
     "The learner does not answer. Its last model stays on the screen; everything it learns meanwhile is fetched later."
 )
@@ -33,19 +29,15 @@ class Follower:
     Args:
         bus: what the learner says.
         pages: where it is recorded.
-        begin: begins the next recording, for a learner that was begun anew.
-        recorded: the last revision that the recording holds from before this start.
+        begin: begins the next recording, for a learner or a clock that began anew: iterations or the vehicle's time
+            would run over those of the present one.
     """
 
-    def __init__(self, bus: Bus, pages: RecordingPages, begin: Begin, recorded: int = 0) -> None:
+    def __init__(self, bus: Bus, pages: RecordingPages, begin: Begin) -> None:
         self._bus, self._begin = bus, begin
-        self._pages, self._recorded = pages, recorded
+        self._pages = pages
         self._earliest: float | None = None  # the vehicle's time before which its clock began anew [s]
         self._here = False
-
-    @property
-    def pages(self) -> RecordingPages:
-        return self._pages
 
     def run(self, stop: threading.Event, *, until_broken: bool) -> None:
         """Follows until `stop` is set, and the bus woken; or until the file is broken, where there is nothing else."""
@@ -97,8 +89,8 @@ class Follower:
             return
         log.info("the learner is here")
         health = self._bus.health()
-        if health is not None and health.revision < max(self._recorded, self._pages.revision):
-            self._anew()
+        if health is not None and health.revision < self._pages.revision:
+            self._pages, self._earliest = self._begin(), None
         self._catch_up()
         ledger = self._bus.ledger()
         if ledger is not None:
@@ -113,36 +105,19 @@ class Follower:
 
     def _catch_up(self, before: int | None = None) -> None:
         """Shows the iterations that were missed, those below revision `before`."""
-        latest = self._bus.latest()
-        behind = 0 if latest is None else latest.revision - self._pages.revision
-        missed = self._bus.reports(self._pages.revision)
-        if behind > MANY_ITERATIONS:
-            missed = iter(
-                track(missed, "Fetching the past", total=behind, transient=True, console=Console(stderr=True))
-            )
-        for report in missed:
+        for report in self._bus.reports(self._pages.revision):
             if before is not None and report.revision >= before:
                 return
-            self._show(report, None, hurry=behind > MANY_ITERATIONS)
+            self._show(report, None)
         self._pages.flush()
 
-    def _show(self, report: IterationReport, seen: float | None, hurry: bool = False) -> None:
+    def _show(self, report: IterationReport, seen: float | None) -> None:
         if self._earliest is not None and report.t < self._earliest:
             log.warning("the vehicle's clock restarted at %.1f s", report.t)
-            self._anew()
+            self._pages = self._begin()
         # A learner that changes over to other effects says its last batch again, and that may end some samples earlier.
         self._earliest = report.t - 0.5 * max(report.t - report.time_span[0], 0.0)
         frame = Frame(report, self._bus.model(report), seen)
-        if report.revision <= self._recorded:
-            self._pages.remember(frame)
-        else:
-            self._pages.iteration(frame)
-            # Whatever happens to us from here on, it is in the file; the far past goes there in larger pieces.
-            if not hurry or report.iteration % 20 == 0:
-                self._pages.flush()
-            log.info("iteration %d at %.1f s", report.iteration, report.t)
-
-    def _anew(self) -> None:
-        """Begins the next recording: iterations or the vehicle's time would run over those of the present one."""
-        self._pages = self._begin()
-        self._recorded, self._earliest = 0, None
+        self._pages.iteration(frame)
+        self._pages.flush()  # whatever happens to us from here on, it is in the file
+        log.info("iteration %d at %.1f s", report.iteration, report.t)

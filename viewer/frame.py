@@ -41,11 +41,11 @@ class Frame:
 
     @cached_property
     def curve(self) -> Floats:
-        """The learned damping over its trained range, (51, 2) [rad/s, N m]; empty without a model."""
+        """The learned damping over its trained range, (101, 2) [rad/s, N m]; empty without a model."""
         if self.model is None:
             return np.empty((0, 2))
         low, high = self.model.trained_range or (0.0, 0.0)
-        rate = low + (high - low) * np.linspace(0.0, 1.0, 51)
+        rate = low + (high - low) * np.linspace(0.0, 1.0, 101)
         return np.column_stack((rate, self.model.predict(rate).damping))
 
 

@@ -34,7 +34,7 @@ class HealthPage:
             ),
             static=True,
         )
-        rec.line("signals/health/learned", LIGHT.support, "Learned share", 2.5)
+        rec.line("signals/health/learned", "Learned share", LIGHT.support, 2.5)
 
     def log(self, health: Health, axes: Mapping[str, Health] = NO_AXES) -> None:
         """The learner's health, and that of each axis of its vehicle, at the clocks that are set."""

@@ -7,44 +7,25 @@ import rerun as rr
 
 from incsvr.learning.model import Model
 from service.wire import SETS, IterationReport
-from viewer.axes import Axes, Entry, NumberedAxis, axis_for
-from viewer.component_batches import NONE, Lines, strips
-from viewer.curve import draw
+from viewer.axes import Axes, Sign, place, style
+from viewer.curve import NONE, Lines, draw
 from viewer.frame import Floats, Frame, positions
-from viewer.marks import shape, style
-from viewer.painter import SHARP, Mark
-from viewer.palette import Colour, Palette
+from viewer.palette import Palette
 from viewer.recorder import Recorder
 
 RATE, DAMPING = "{rate_title} [{rate_unit}]", "Damping {moment} [{effort_unit}]"
 """Labels of the two axes: templates of `AxisWords`."""
-WIDTH, HEIGHT = 1500, 1330
 WILD_FACTOR = 1.3  # times the largest damping that was taken seriously
 CURVES = ("uncertainty", "tube", "function", "extrapolation", "trained_range", "off_scale")
-
-_MARKS: dict[str, Mark] = {
-    "old": "disc",
-    "new": "square",
-    "support": "halo",
-    "forgotten": "cross",
-    "discarded_tube": "dash",
-    "discarded_near": "bar",
-    "outliers": "diamond",
-}
 # Later is above. A new sample that became a support vector shows both: its square stands in the green halo.
 _ORDER = {
-    **dict.fromkeys(("uncertainty", "trained_range"), 1.0),
     "support": 10.0,
     "discarded_tube": 12.0,
     "discarded_near": 12.0,
     "forgotten": 14.0,
     "old": 16.0,
     "new": 18.0,
-    "function": 22.0,
-    "extrapolation": 22.0,
-    "tube": 23.0,  # above the curve, which is wider than most tubes
     "outliers": 24.0,
-    "off_scale": 24.0,
 }
 
 
@@ -54,106 +35,68 @@ class LearningPage:
     def __init__(self, rec: Recorder, palette: Palette, rate: float) -> None:
         self._rec, self._palette = rec, palette
         self._reach = (rate, 0.0)
-        self._shown: dict[str, bool] = {}  # whether a set has anything on the screen
-        self._drawn: dict[str, bytes] = {}  # the points of each curve on the screen
+        self._drawn: dict[str, bytes] = {}  # what each set and curve has on the screen
         self._axes: Axes | None = None
-        for name, mark in _MARKS.items():
-            rec.log(f"learning/{name}", *style(mark, set_colour(palette, name), order=_ORDER[name]), static=True)
-        for name, (colour, width) in {
-            "uncertainty": (palette.band, 0.8),
-            "tube": (palette.tube, 0.8),
-            "function": (palette.function, 2.6),
-            "extrapolation": (palette.function, 1.8),
-            "trained_range": (palette.frame, 1.0),
-            "off_scale": (palette.outlier, 1.6),
-        }.items():
-            rec.strip(f"learning/{name}", colour, width, _ORDER[name])
+        self._signs = signs(palette)
+        for name, order in _ORDER.items():
+            style(rec, f"learning/{name}", self._signs[name], order)
+        for name, colour, width, order in (
+            ("uncertainty", palette.band, 0.8, 1.0),
+            ("trained_range", palette.frame, 1.0, 1.0),
+            ("function", palette.function, 2.6, 22.0),
+            ("extrapolation", palette.function, 1.8, 22.0),
+            ("tube", palette.tube, 0.8, 23.0),  # above the curve, which is wider than most tubes
+            ("off_scale", palette.outlier, 1.6, 24.0),
+        ):
+            rec.strip(f"learning/{name}", colour, width, order)
 
     def log(self, frame: Frame) -> Axes:
         """One iteration, at the clocks that are set; the axes that it is drawn on."""
-        model = frame.model
-        axes, report, rec = self._follow(frame.report, model), frame.report, self._rec
+        before, axes, report = self._axes, self._follow(frame.report, frame.model), frame.report
         for name in SETS:
             at = positions(getattr(report, name))
-            if len(at) or self._shown.get(name, True):
-                rec.log(f"learning/{name}", *shape(_MARKS[name], at, axes))
-            self._shown[name] = bool(len(at))
-        curves: dict[str, Lines] = {} if model is None else draw(model, axes)
+            if self._is_news(name, at.tobytes()) or axes is not before:
+                place(self._rec, f"learning/{name}", self._signs[name], at, axes)
+        curves: dict[str, Lines] = {} if frame.model is None else draw(frame.model, axes)
         curves["off_scale"] = _arrows(report, axes)
         for name in CURVES:
             lines = curves.get(name, NONE)
-            drawn = np.concatenate(lines).tobytes() if len(lines) else b""
-            if drawn != self._drawn.get(name):
-                rec.log(f"learning/{name}", strips(lines))
-            self._drawn[name] = drawn
+            if self._is_news(name, np.concatenate(lines).tobytes() if len(lines) else b""):
+                self._rec.log(f"learning/{name}", rr.LineStrips2D(list(lines)))
         return axes
+
+    def _is_news(self, name: str, drawn: bytes) -> bool:
+        before, self._drawn[name] = self._drawn.get(name), drawn
+        return drawn != before
 
     def _follow(self, report: IterationReport, model: Model | None) -> Axes:
         """Widens the axes where this iteration needs it, and draws them anew then."""
         self._reach = _reach(report, model, *self._reach)
         rate, damping = self._reach[0], _with_outliers(report, self._reach[1])
-        if self._axes is not None and rate <= self._axes.x.high and damping <= self._axes.y.high:
-            return self._axes
-        words = self._rec.words
-        x, y = symmetric(rate, words.fill(RATE)), symmetric(damping, words.fill(DAMPING))
-        self._axes = Axes(x, y, WIDTH, HEIGHT, legend=legend(self._palette), font=32)
-        log_axes(
-            self._rec, "learning/axes", self._axes, self._palette, [f"learning/{name}" for name in (*SETS, *CURVES)]
-        )
+        if self._axes is None or rate > self._axes.x or damping > self._axes.y:
+            words = self._rec.words
+            self._axes = Axes.around(rate, damping, (words.fill(RATE), words.fill(DAMPING)))
+            entities = [f"learning/{name}" for name in (*SETS, *CURVES)]
+            self._axes.log(self._rec, "learning/axes", self._palette, list(self._signs.values()), entities)
         return self._axes
 
 
-def symmetric(reach: float, label: str) -> NumberedAxis:
-    """An axis from −reach to reach with air, so that a run that widens its range redraws it a few times only."""
-    return axis_for(-1.15 * reach, 1.15 * reach, label, ticks=10)
-
-
-def set_colour(palette: Palette, name: str) -> Colour:
-    """The colour of a set of samples."""
-    colours = {"outliers": palette.outlier, "discarded_tube": palette.discarded, "discarded_near": palette.discarded}
-    colour: Colour = colours[name] if name in colours else getattr(palette, name)
-    return colour
-
-
-def legend(palette: Palette) -> tuple[tuple[Entry, ...], ...]:
-    """Every sign of the page in words."""
-    words = {
-        "old": "Old vectors",
-        "new": "New samples",
-        "support": "Support vectors",
-        "forgotten": "Forgotten",
-        "outliers": "Outliers",
-        "discarded_tube": "Discarded, in the tube",
-        "discarded_near": "Discarded, near a vector",
+def signs(palette: Palette) -> dict[str, Sign]:
+    """Every sign of the page, in the order of the legend's columns."""
+    return {
+        "old": Sign("Old vectors", palette.old, "o", size=4.5),
+        "forgotten": Sign("Forgotten", palette.forgotten, "x"),
+        "discarded_tube": Sign("Discarded, in the tube", palette.discarded, "_"),
+        "function": Sign("Learned damping", palette.function, line="-"),
+        "new": Sign("New samples", palette.new, "s"),
+        "outliers": Sign("Outliers", palette.outlier, "D"),
+        "discarded_near": Sign("Discarded, near a vector", palette.discarded, "|"),
+        "extrapolation": Sign("Extrapolated", palette.function, line="--", size=3.0),
+        "support": Sign("Support vectors", palette.support, "o", size=9.5),
+        "off_scale": Sign("Beyond the axes", palette.outlier, "^"),
+        "uncertainty": Sign("95 % of samples", palette.band, line="-", size=14.0),
+        "tube": Sign("Tube of no penalty", palette.tube, line="-", size=2.0),
     }
-    signs = {name: Entry(_MARKS[name], set_colour(palette, name), text) for name, text in words.items()}
-    return (
-        (signs["old"], signs["new"], signs["support"]),
-        (signs["forgotten"], signs["outliers"], Entry("arrow", palette.outlier, "Beyond the axes")),
-        (signs["discarded_tube"], signs["discarded_near"], Entry("band", palette.band, "95 % of samples")),
-        (
-            Entry("line", palette.function, "Learned damping"),
-            Entry("dashes", palette.function, "Extrapolated"),
-            Entry("tube", palette.tube, "Tube of no penalty"),
-        ),
-    )
-
-
-def log_axes(rec: Recorder, path: str, axes: Axes, palette: Palette, entities: list[str]) -> None:
-    """The axes' picture at `path`, and for each of `entities` the way from physical units onto it."""
-    rec.log(
-        path,
-        rr.EncodedImage(contents=axes.png(palette), media_type="image/png", draw_order=-10.0),
-    )
-    rec.log(path, rr.Transform3D(scale=1.0 / SHARP))
-    for entity in entities:
-        log_transform(rec, axes, entity)
-
-
-def log_transform(rec: Recorder, axes: Axes, entity: str) -> None:
-    """The way from physical units onto the axes' canvas, for what `entity` shows."""
-    (sx, sy), (tx, ty) = axes.scale, axes.translation
-    rec.log(entity, rr.Transform3D(translation=[tx, ty, 0.0], scale=[sx, sy, 1.0]))
 
 
 def _reach(report: IterationReport, model: Model | None, rate: float, damping: float) -> tuple[float, float]:
@@ -178,15 +121,10 @@ def _with_outliers(report: IterationReport, damping: float) -> float:
 
 def _arrows(report: IterationReport, axes: Axes) -> Floats:
     """An arrow at the frame for each sample beyond the axes, as (n, 3, 2) strips pointing to it."""
-    sets = (report.new, report.forgotten, report.outliers)
-    if max((abs(value) for points in sets for value in points.damping), default=0.0) <= axes.y.high:
-        return NONE
-    at = np.concatenate([positions(points) for points in sets])
-    beyond = at[(np.abs(at[:, 1]) > axes.y.high) & (np.abs(at[:, 0]) <= axes.x.high)]
-    beyond = np.unique(beyond, axis=0)
+    at = np.concatenate([positions(points) for points in (report.new, report.forgotten, report.outliers)])
+    beyond = np.unique(at[(np.abs(at[:, 1]) > axes.y) & (np.abs(at[:, 0]) <= axes.x)], axis=0)
     dx, dy = axes.size(11.0)
     side = np.sign(beyond[:, 1])[:, None]
-    tip = np.column_stack((beyond[:, 0], side[:, 0] * (axes.y.high - 0.5 * dy)))
+    tip = np.column_stack((beyond[:, 0], side[:, 0] * (axes.y - 0.5 * dy)))
     back = np.concatenate((np.full_like(side, dx), -side * 1.4 * dy), axis=1)
-    mirrored = back * np.array([-1.0, 1.0])
-    return np.stack((tip + back, tip, tip + mirrored), axis=1)
+    return np.stack((tip + back, tip, tip + back * np.array([-1.0, 1.0])), axis=1)

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import rerun as rr
 import rerun.blueprint as rrb
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import words_of
+from incsvr.plant.words import AxisWords, words_of
 from service.wire import SETS
-from viewer import error, learning, signals, slices
-from viewer.compare import Choice
+from viewer import axes, learning
+from viewer.compare import SHOWN
 from viewer.frame import VEHICLE_TIME
 from viewer.names import channel
 from viewer.palette import Palette
 from viewer.signals import CHANNELS, HINT
 
-PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health", "Channels", "Slices")
-"""In the order of their tabs; the last two where further channels have come, and where damping is learned over them."""
+PAGES = ("Learning", "Before and after", "Signals", "Error", "Effects", "Health", "Channels")
+"""In the order of their tabs; the last one where further channels have come."""
 COLUMNS = 2
 """Plots of further channels beside each other."""
 WINDOW_S = 180.0
@@ -35,104 +34,88 @@ PLAYBACK_SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 def blueprint(
     palette: Palette,
-    choice: Choice,
     *,
     channels: Sequence[str] = (),
-    others: Sequence[str] = (),
     found: Mapping[str, str] = NOTHING_FOUND,
     axis: Axis = YAW,
 ) -> rrb.Blueprint:
     """All pages as tabs, following the vehicle's time: on it every page has something to show.
 
-    Where further channels have come, they have a page, too, and so have the further velocities that damping is learned
-    over. What is found while no effect is in force (`found`: entity → title) is drawn in place of the parts. Names
-    are those of the axis.
+    Where further channels have come, they have a page, too. What is found while no effect is in force (`found`:
+    entity → title) is drawn in place of the parts. Names are those of the axis.
     """
-    further: list[rrb.Container] = [_channels(channels)] if channels else []
-    if others:
-        further.append(_slices(palette, others, axis))
-    pages = (
-        _learning(palette, axis),
-        _compare(palette, choice, axis),
-        _signals(axis),
-        _effects(axis, found),
-        _health(axis),
-    )
-    return tabs([*pages, *further], play_state="following", playback_speed=PLAYBACK_SPEED)
-
-
-def tabs(pages: Sequence[rrb.Container], **playing: Any) -> rrb.Blueprint:
-    """Pages as tabs over the vehicle's time, with all panels out of the way; `playing` is how the time goes on."""
+    words = words_of(axis)
+    pages: list[rrb.Container] = [
+        _learning(palette, words),
+        _compare(palette, words),
+        _signals(words),
+        rrb.Horizontal(_error(words), name="Error"),
+        _effects(words, found),
+        _health(words),
+    ]
+    if channels:
+        pages.append(_channels(channels))
     return rrb.Blueprint(
         rrb.Tabs(*pages, active_tab=0),
         rrb.TopPanel(state="hidden"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME, **playing),
+        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME, play_state="following", playback_speed=PLAYBACK_SPEED),
         auto_views=False,
         auto_layout=False,
     )
 
 
-def axes_view(name: str, contents: list[str], size: tuple[int, int], path: str, palette: Palette) -> rrb.Spatial2DView:
+def _axes_view(name: str, contents: Sequence[str], path: str, palette: Palette) -> rrb.Spatial2DView:
     """An XY plot: the whole axes in sight, their picture out of the pointer's way."""
     return rrb.Spatial2DView(
         origin="/",
-        contents=[f"+ /{each}" for each in contents],
+        contents=[f"+ /{each}" for each in (path, *contents)],
         name=name,
         background=palette.background,
-        visual_bounds=rrb.VisualBounds2D(x_range=[0, size[0]], y_range=[0, size[1]]),
+        visual_bounds=rrb.VisualBounds2D(x_range=[0, axes.WIDTH], y_range=[0, axes.HEIGHT]),
         overrides={path: rrb.EntityBehavior(interactive=False)},
     )
 
 
-def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
-    sets = [f"learning/{name}" for name in ("axes", *SETS, *learning.CURVES)]
-    size = (learning.WIDTH, learning.HEIGHT)
-    scope = ["signals/scope/axes", "signals/scope/yaw_rate", "signals/scope/torque"]
+def _learning(palette: Palette, words: AxisWords) -> rrb.Horizontal:
+    sets = [f"learning/{name}" for name in (*SETS, *learning.CURVES)]
+    tables = [_text("learning/table", "This iteration"), _text("learning/samples", "Its samples")]
     return rrb.Horizontal(
-        axes_view(f"Damping over {words_of(axis).rate}", sets, size, "learning/axes", palette),
+        _axes_view(f"Damping over {words.rate}", sets, "learning/axes", palette),
         rrb.Vertical(
-            rrb.Horizontal(
-                rrb.TextDocumentView(origin="learning/table", name="This iteration"),
-                rrb.TextDocumentView(origin="learning/samples", name="Its samples"),
-                column_shares=[1.35, 1.0],
-            ),
-            axes_view("The last 60 s", scope, (signals.WIDTH, signals.HEIGHT), "signals/scope/axes", palette),
-            axes_view("Error", ["error/axes", "error/curve/**"], (error.WIDTH, error.HEIGHT), "error/axes", palette),
-            row_shares=[1.22, 1.0, 1.0],
+            rrb.Horizontal(*tables, column_shares=[1.35, 1.0]),
+            *_streams(words),
+            _error(words),
+            row_shares=[1.9, 1.0, 1.0, 1.3],
         ),
         column_shares=[1.55, 1.0],
         name="Learning",
     )
 
 
-def _compare(palette: Palette, choice: Choice, axis: Axis) -> rrb.Horizontal:
-    size = (learning.WIDTH, learning.HEIGHT)
-    return rrb.Horizontal(
-        axes_view(f"Damping over {words_of(axis).rate}", choice.shown, size, "learning/compare_axes", palette),
-        rrb.TextDocumentView(origin="learning/compared", name="Compared"),
-        column_shares=[1.55, 1.0],
-        name="Before and after",
-    )
+def _compare(palette: Palette, words: AxisWords) -> rrb.Horizontal:
+    curves = _axes_view(f"Damping over {words.rate}", SHOWN, "learning/compare_axes", palette)
+    compared = _text("learning/compared", "Compared")
+    return rrb.Horizontal(curves, compared, column_shares=[1.55, 1.0], name="Before and after")
 
 
-def _plot(path: str, name: str) -> rrb.TimeSeriesView:
-    """The last minutes of what stands below an entity, over the vehicle's time."""
-    window = rr.TimeRange(
-        start=rr.TimeRangeBoundary.cursor_relative(seconds=-WINDOW_S),
-        end=rr.TimeRangeBoundary.cursor_relative(seconds=MARGIN_S),
-    )
-    legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
-    return rrb.TimeSeriesView(origin=path, name=name, axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend)
+def _plot(path: str, name: str, whole: bool = False) -> rrb.TimeSeriesView:
+    """What stands below an entity over the chosen clock: the last minutes, or the whole."""
+    ends = (-WINDOW_S, MARGIN_S)
+    window = [_END, _END] if whole else [rr.TimeRangeBoundary.cursor_relative(seconds=end) for end in ends]
+    axis = rrb.TimeAxis(view_range=rr.TimeRange(start=window[0], end=window[1]))
+    return rrb.TimeSeriesView(origin=path, name=name, axis_x=axis, plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop))
 
 
-def _signals(axis: Axis) -> rrb.Vertical:
-    words = words_of(axis)
+def _text(path: str, name: str) -> rrb.TextDocumentView:
+    return rrb.TextDocumentView(origin=path, name=name)
+
+
+def _signals(words: AxisWords) -> rrb.Vertical:
     return rrb.Vertical(
-        rrb.TextDocumentView(origin=HINT, name="Signals"),
-        _plot("signals/yaw_rate", f"{words.rate_title} [{words.rate_unit}]"),
-        _plot("signals/torque", f"{words.effort_title} [{words.effort_unit}]"),
+        _text(HINT, "Signals"),
+        *_streams(words),
         _plot("signals/damping", f"Damping {words.moment} [{words.effort_unit}]"),
         _plot("signals/residual", f"Residual [{words.effort_unit}]"),
         _plot("signals/rejected", "Rejected samples, since start"),
@@ -141,15 +124,15 @@ def _signals(axis: Axis) -> rrb.Vertical:
     )
 
 
-def _slices(palette: Palette, others: Sequence[str], axis: Axis) -> rrb.Vertical:
-    rows = []
-    for number, name in enumerate(others):
-        views = []
-        for path, shown, title in zip(slices.axes_paths(number), slices.entities(number), slices.TITLES, strict=True):
-            named = f"{words_of(axis).fill(title)}: {channel(name)}"
-            views.append(axes_view(named, [path, *shown], (slices.WIDTH, slices.HEIGHT), path, palette))
-        rows.append(rrb.Horizontal(*views))
-    return rrb.Vertical(*rows, name="Slices")
+def _streams(words: AxisWords) -> list[rrb.TimeSeriesView]:
+    return [
+        _plot("signals/yaw_rate", f"{words.rate_title} [{words.rate_unit}]"),
+        _plot("signals/torque", f"{words.effort_title} [{words.effort_unit}]"),
+    ]
+
+
+def _error(words: AxisWords) -> rrb.TimeSeriesView:
+    return _plot("error", f"Mean absolute error [{words.effort_unit}]", whole=True)
 
 
 def _channels(names: Sequence[str]) -> rrb.Grid:
@@ -157,35 +140,17 @@ def _channels(names: Sequence[str]) -> rrb.Grid:
     return rrb.Grid(*plots, grid_columns=min(COLUMNS, len(plots)), name="Channels")
 
 
-def _effects(axis: Axis, found: Mapping[str, str]) -> rrb.Horizontal:
-    words = words_of(axis)
-    plots: list[rrb.TimeSeriesView] = [
-        _plot("effects/torque", f"{words.effort_title}, with the effects [{words.effort_unit}]"),
-        _plot("effects/parts", f"What each part takes of the predicted {words.effort} [{words.effort_unit}]"),
+def _effects(words: AxisWords, found: Mapping[str, str]) -> rrb.Horizontal:
+    plots = list(found.items())[:MAX_FOUND_PLOTS] or [
+        ("effects/torque", f"{words.effort_title}, with the effects [{words.effort_unit}]"),
+        ("effects/parts", f"What each part takes of the predicted {words.effort} [{words.effort_unit}]"),
     ]
-    if found:
-        plots = [_plot(path, title) for path, title in list(found.items())[:MAX_FOUND_PLOTS]]
-    return rrb.Horizontal(
-        rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
-        rrb.Vertical(*plots),
-        column_shares=[1.0, 1.8],
-        name="Effects",
-    )
+    ledger, drawn = _text("effects/ledger", "Traced effects"), rrb.Vertical(*(_plot(*each) for each in plots))
+    return rrb.Horizontal(ledger, drawn, column_shares=[1.0, 1.8], name="Effects")
 
 
-def _health(axis: Axis) -> rrb.Horizontal:
-    return rrb.Horizontal(
-        rrb.TextDocumentView(origin="signals/health/now", name="Health"),
-        rrb.Vertical(
-            rrb.StateTimelineView(origin="signals/health/level", name="Level"),
-            rrb.TimeSeriesView(
-                origin="signals/health/learned",
-                name=f"Learned share of the {words_of(axis).rate} range",
-                axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END)),
-                axis_y=rrb.ScalarAxis(range=(0.0, 1.05)),
-            ),
-            row_shares=[0.5, 1.0],
-        ),
-        column_shares=[1.0, 1.4],
-        name="Health",
-    )
+def _health(words: AxisWords) -> rrb.Horizontal:
+    level = rrb.StateTimelineView(origin="signals/health/level", name="Level")
+    learned = _plot("signals/health/learned", f"Learned share of the {words.rate} range", whole=True)
+    history = rrb.Vertical(level, learned, row_shares=[0.5, 1.0])
+    return rrb.Horizontal(_text("signals/health/now", "Health"), history, column_shares=[1.0, 1.4], name="Health")

@@ -1,4 +1,4 @@
-"""Colours for dark and light axes, chosen together with the shapes in `marks`.
+"""Colours for dark and light axes, chosen together with the signs in `learning`.
 
 Every colour reaches a contrast of at least 3:1 on its own axes (tests/viewer), and no meaning rests on colour alone:
 each set has a shape, each curve a line style.
@@ -11,6 +11,11 @@ from typing import Literal
 
 Colour = tuple[int, int, int]
 Theme = Literal["dark", "light"]
+
+
+def hexadecimal(colour: Colour) -> str:
+    """As matplotlib takes it."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
 def _rgb(text: str) -> Colour:
@@ -37,38 +42,24 @@ class Palette:
     tube: Colour
 
 
-DARK = Palette(
-    background=_rgb("0E151D"),
-    grid=_rgb("25303B"),
-    band=_rgb("3F6485"),
-    frame=_rgb("7C8A99"),
-    text=_rgb("DCE4EC"),
-    old=_rgb("4FA3FF"),
-    new=_rgb("FF5B4D"),
-    support=_rgb("2FD584"),
-    forgotten=_rgb("FFD23C"),
-    discarded=_rgb("8E9CAB"),
-    outlier=_rgb("F07CFF"),
-    function=_rgb("FFFFFF"),
-    before=_rgb("FFB066"),
-    tube=_rgb("F0781E"),
-)
-
-LIGHT = Palette(
-    background=_rgb("FFFFFF"),
-    grid=_rgb("E3E8ED"),
-    band=_rgb("A9C6E2"),
-    frame=_rgb("5D6975"),
-    text=_rgb("1B242D"),
-    old=_rgb("1668D8"),
-    new=_rgb("D8261B"),
-    support=_rgb("0E9152"),
-    forgotten=_rgb("AD8200"),
-    discarded=_rgb("707C88"),
-    outlier=_rgb("B01FC4"),
-    function=_rgb("0B1016"),
-    before=_rgb("B45A00"),
-    tube=_rgb("E2660A"),
-)
-
+_COLOURS = {
+    "background": ("0E151D", "FFFFFF"),
+    "grid": ("25303B", "E3E8ED"),
+    "band": ("3F6485", "A9C6E2"),
+    "frame": ("7C8A99", "5D6975"),
+    "text": ("DCE4EC", "1B242D"),
+    "old": ("4FA3FF", "1668D8"),
+    "new": ("FF5B4D", "D8261B"),
+    "support": ("2FD584", "0E9152"),
+    "forgotten": ("FFD23C", "AD8200"),
+    "discarded": ("8E9CAB", "707C88"),
+    "outlier": ("F07CFF", "B01FC4"),
+    "function": ("FFFFFF", "0B1016"),
+    "before": ("FFB066", "B45A00"),
+    "tube": ("F0781E", "E2660A"),
+}
+"""On dark and on light axes."""
+DARK, LIGHT = (Palette(**{name: _rgb(each[number]) for name, each in _COLOURS.items()}) for number in (0, 1))
+SERIES = (LIGHT.support, LIGHT.old, LIGHT.new, LIGHT.outlier, LIGHT.forgotten, LIGHT.discarded, LIGHT.before)
+"""For Rerun's own plots, which follow its theme: these colours are read on white and on black."""
 PALETTES: dict[Theme, Palette] = {"dark": DARK, "light": LIGHT}

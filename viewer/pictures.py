@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from viewer import experiment, hull_picture
+from viewer import hull_picture
 from viewer.pages import PAGES
 from viewer.screen import Screen
 
@@ -29,8 +29,7 @@ def main() -> int:
 
 
 def pictures(recording: Path, folder: Path, page: str | None = None) -> None:
-    """One picture for each of ITERATIONS, one for each other page, the experiment's runs (Fig. 4) and what the hull
-    adds; or of one page.
+    """One picture for each of ITERATIONS, one for each other page, and what the hull adds; or of one page.
 
     Raises:
         BadInput: there is no such recording or iteration, or no Vulkan driver.
@@ -45,12 +44,11 @@ def pictures(recording: Path, folder: Path, page: str | None = None) -> None:
         for iteration in ITERATIONS:
             screen.show("Learning", iteration)
             _save(screen, folder / f"iteration-{iteration:02d}.png")
-        for each in ("Before and after", "Signals", "Effects", "Health"):
+        for each in ("Before and after", "Signals", "Effects"):
             screen.show(each)
             _save(screen, _named(folder, each))
-    for name, draw in {"experiment.png": experiment.draw, "hull.png": hull_picture.draw}.items():
-        draw(recording.parent, folder / name)
-        print(folder / name)
+    hull_picture.draw(recording.parent, folder / "hull.png")
+    print(folder / "hull.png")
 
 
 def _named(folder: Path, page: str) -> Path:

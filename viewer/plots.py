@@ -8,9 +8,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
-from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.plant.words import words_of
 from incsvr.tracing import Trace
 from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
@@ -18,30 +16,16 @@ from service.cli.extras import how_to_install
 try:
     from matplotlib import pyplot, ticker
 except ModuleNotFoundError as missing:
-    raise BadInput(f"plot() needs matplotlib, which is not installed: {how_to_install('matplotlib')}") from missing
+    raise BadInput(f"plots need matplotlib, which is not installed: {how_to_install('matplotlib')}") from missing
 
+from viewer.log_plot import of_log
 from viewer.report.charts import draw_free_run
 from viewer.report.damping_chart import draw_damping
 from viewer.report.dives_page import draw as draw_dives
-from viewer.report.drawing import MEASURED, STYLE, line
+from viewer.report.drawing import MEASURED, STYLE
 from viewer.report.fit_page import learned_curve
 
-
-def of_log(name: str, rate: tuple[Array, Array], torque: tuple[Array, Array], axis: Axis = YAW) -> Any:
-    """A log's velocity and torque, each (stamps (n,) [s], values (n,)), over time."""
-    words = words_of(axis)
-    with pyplot.rc_context(STYLE):
-        figure = pyplot.figure(figsize=(8.0, 4.5), layout="constrained")
-        above, below = figure.subplots(2, 1, sharex=True)
-        for axes, (time, values), label in (
-            (above, rate, f"{words.rate} {words.symbol} [{words.rate_unit}]"),
-            (below, torque, f"{words.effort} τ [{words.effort_unit}]"),
-        ):
-            line(axes, time, values, color=MEASURED, linewidth=1.0)
-            axes.set_ylabel(label)
-        above.set_title(name)
-        below.set_xlabel("time t [s]")
-    return figure
+__all__ = ["of_comparison", "of_fit", "of_log", "of_trace", "of_vehicle"]
 
 
 def of_fit(pictures: FitPictures, axis: Axis = YAW) -> Any:

@@ -4,30 +4,25 @@ from __future__ import annotations
 
 import logging
 import secrets
-from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 from rerun.components import MarkerShape, Radius
 
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
-from viewer.component_batches import scalars
 from viewer.frame import APPLICATION, ITERATION, VEHICLE_TIME, WALL_TIME, Floats
-from viewer.palette import Colour
+from viewer.palette import SERIES, Colour
+from viewer.pauses import Pauses
 
 log = logging.getLogger(__name__)
 
 LIVE_MEMORY = "256MiB"  # of the past that a viewer which comes late is given; what is older is forgotten
 FLUSH_S = 5.0
-
-
-def new_recording() -> str:
-    """A name for a recording; later ones sort after earlier ones."""
-    return f"{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(3)}"
 
 
 class Recorder:
@@ -38,21 +33,15 @@ class Recorder:
     """
 
     def __init__(
-        self,
-        recording: str,
-        blueprint: rrb.Blueprint,
-        *,
-        path: Path | None = None,
-        port: int | None = None,
-        axis: Axis = YAW,
+        self, blueprint: rrb.Blueprint, *, path: Path | None = None, port: int | None = None, axis: Axis = YAW
     ) -> None:
-        self.recording = recording
-        self.axis = axis
-        self.path = path
+        self.axis, self.path = axis, path
         self.broken = False  # the file could not be written to its end
         self._file: rr.RecordingStream | None = None
         self._live: rr.RecordingStream | None = None
         self._stuck: rr.RecordingStream | None = None
+        self._lines: dict[str, Pauses] = {}
+        recording = _new_recording()
         if port is not None:
             sink = rr.GrpcServerSink("127.0.0.1", port, server_memory_limit=LIVE_MEMORY)
             self._live = _stream(recording, sink, blueprint)
@@ -76,32 +65,37 @@ class Recorder:
         """A text."""
         self.log(path, rr.TextDocument(markdown, media_type="text/markdown"))
 
-    def line(self, path: str, colour: Colour, name: str, width: float = 1.6) -> None:
-        """How a series of scalars is drawn: as a line."""
-        self.log(path, rr.SeriesLines(colors=colour, names=name, widths=width), static=True)
+    # How what comes later is drawn: series of scalars as lines or dots; strips and points on axes, a later order above.
+
+    def line(self, path: str, name: str, colour: Colour | None = None, width: float = 1.6) -> None:
+        """A series as a line that ends at its pauses; without a colour the next one beside its neighbours'."""
+        if path not in self._lines:
+            number = sum(each.rpartition("/")[0] == path.rpartition("/")[0] for each in self._lines)
+            colour = colour or SERIES[number % len(SERIES)]
+            self.log(path, rr.SeriesLines(colors=colour, names=name, widths=width), static=True)
+            self._lines[path] = Pauses()
 
     def dots(self, path: str, colour: Colour, name: str, marker: MarkerShape, size: float) -> None:
-        """How a series of scalars is drawn: as dots."""
         self.log(path, rr.SeriesPoints(colors=colour, names=name, markers=marker, marker_sizes=size), static=True)
 
     def strip(self, path: str, colour: Colour, radius: float, order: float) -> None:
-        """How strips of lines on axes are drawn; a later `order` is above."""
         style = rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(radius), draw_order=order)
         self.log(path, style, static=True)
 
     def points(self, path: str, colour: Any, radius: float, order: float) -> None:
-        """How points on axes are drawn; a later `order` is above."""
         style = rr.Points2D.from_fields(colors=colour, radii=Radius.ui_points(radius), draw_order=order)
         self.log(path, style, static=True)
 
-    def series(self, path: str, time: Floats, values: Sequence[float] | Floats) -> None:
-        """Values of a series, each at its vehicle's time [s]."""
-        self.send_columns(path, [rr.TimeColumn(VEHICLE_TIME, duration=time)], scalars(values))
-
-    def send_columns(self, path: str, clocks: Sequence[Any], columns: Any) -> None:
-        """Many rows at once, each at its own clocks."""
+    def series(self, path: str, time: Floats, values: Floats, seen: Floats | None = None) -> None:
+        """Values (n,) of a series, each at its vehicle's time [s], come in at `seen` [s since 1970]."""
+        at, drawn = self._lines[path].broken(time, values) if path in self._lines else (time, values)
+        clocks = [rr.TimeColumn(VEHICLE_TIME, duration=at)]
+        if seen is not None:
+            # A point that ends a line came in with the one after it.
+            seen = np.interp(at, time, seen) if at.size > time.size else seen
+            clocks.append(rr.TimeColumn(WALL_TIME, timestamp=seen))
         for stream in self._streams:
-            stream.send_columns(path, clocks, columns)
+            stream.send_columns(path, clocks, rr.Scalars.columns(scalars=drawn))
 
     def lay_out(self, blueprint: rrb.Blueprint) -> None:
         """Lays the pages out anew, here and whenever the recording is opened."""
@@ -127,11 +121,8 @@ class Recorder:
             try:
                 self._file.flush(timeout_sec=FLUSH_S)
             except RuntimeError as error:
-                log.error(
-                    "%s cannot be written any more (%s): is the disk full? It ends here, readable up to this point.",
-                    self.path,
-                    error,
-                )
+                what = "%s cannot be written any more (%s): is the disk full? It ends here, readable up to this point."
+                log.error(what, self.path, error)
                 # Closing it, or letting go of it, would wait for ever for a disk that takes nothing.
                 self._stuck, self._file, self.broken = self._file, None, True
         return not self.broken
@@ -142,6 +133,11 @@ class Recorder:
         for stream in self._streams:
             stream.disconnect()
         self._file = self._live = None
+
+
+def _new_recording() -> str:
+    """A name for a recording; later ones sort after earlier ones."""
+    return f"{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(3)}"
 
 
 def _stream(recording: str, sink: Any, blueprint: rrb.Blueprint) -> rr.RecordingStream:

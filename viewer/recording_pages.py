@@ -18,7 +18,6 @@ from viewer.pages import blueprint
 from viewer.palette import Palette
 from viewer.recorder import Recorder
 from viewer.signals import SignalsPage
-from viewer.slices import SlicesPage
 from viewer.table import samples_table, table
 
 HEALTH_S = 5.0
@@ -31,18 +30,17 @@ class RecordingPages:
     def __init__(self, recorder: Recorder, palette: Palette, choice: Choice, rate: float) -> None:
         self.recorder = recorder
         self.revision = 0
-        self._palette, self._choice = palette, choice
-        self._laid: tuple[int, int, tuple[tuple[str, str], ...]] = (0, 0, ())
+        self._palette = palette
+        self._laid: tuple[tuple[str, ...], Mapping[str, str]] = ((), {})
         self._iteration: int | None = None
         self._vehicle: float | None = None
         self._said: tuple[Any, float] = (None, 0.0)  # what was last logged of the learner's health, and when
         self._learning = LearningPage(recorder, palette, rate)
-        self._error = ErrorPage(recorder, palette)
-        self._signals = SignalsPage(recorder, palette)
+        self._error = ErrorPage(recorder)
+        self._signals = SignalsPage(recorder)
         self._compare = ComparePage(recorder, palette, choice)
         self._health = HealthPage(recorder, palette)
         self._effects = EffectsPage(recorder)
-        self._slices = SlicesPage(recorder, palette)
 
     def iteration(self, frame: Frame) -> None:
         """One iteration, on every page that shows it."""
@@ -54,19 +52,10 @@ class RecordingPages:
         self._error.log(frame)
         self._signals.log(frame)
         self._compare.log(frame, axes)
-        self._slices.log(frame, axes)
         self._effects.log(frame)
         recorder.write("learning/table", table(frame, recorder.words))
         recorder.write("learning/samples", samples_table(frame))
         recorder.log("learning/revision", rr.Scalars(float(report.revision)))
-
-    def remember(self, frame: Frame) -> None:
-        """An iteration that the file holds already, from before a restart: the curves go on from it."""
-        self.revision = frame.report.revision
-        self._error.remember(frame.report)
-        self._signals.remember(frame)
-        self._compare.remember(frame)
-        self._effects.remember(frame)
 
     def measured(self, stream: str, measurement: Measurement, seen: float) -> None:
         """Values of a stream, come in at `seen` [s since 1970]."""
@@ -105,33 +94,14 @@ class RecordingPages:
         self._now(seen, None)
         self._effects.say(ledger)
 
-    @property
-    def found(self) -> Mapping[str, str]:
-        """What is drawn of effects that are not in force: entity → the title of its plot."""
-        return self._effects.found
-
     def flush(self) -> bool:
         """Brings all that came in to the file and the screen; False once the file had to be given up."""
         self._signals.flush()
-        self._lay_out()
+        channels, found = tuple(self._signals.channels), self._effects.found
+        if (channels, found) != self._laid:  # one came: the pages are laid out anew
+            self._laid = channels, found
+            self.recorder.lay_out(blueprint(self._palette, channels=channels, found=found, axis=self.recorder.axis))
         return self.recorder.flush()
-
-    def _lay_out(self) -> None:
-        """Pages for the further channels and velocities, and for what is found, laid out anew where one came."""
-        channels, others, found = self._signals.channels, self._slices.others, self.found
-        wanted = (len(channels), len(others), tuple(found.items()))
-        if wanted != self._laid:
-            self._laid = wanted
-            self.recorder.lay_out(
-                blueprint(
-                    self._palette,
-                    self._choice,
-                    channels=channels,
-                    others=others,
-                    found=found,
-                    axis=self.recorder.axis,
-                )
-            )
 
     def _now(self, seen: float, vehicle: float | None) -> None:
         """The clocks of what belongs to no iteration: it stands at the newest one."""

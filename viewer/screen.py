@@ -10,7 +10,6 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Self, TypeVar
 
 from rerun.experimental import View, ViewerClient
@@ -41,21 +40,19 @@ class Screen:
                 [BINARY, *words, "--window-size", f"{SIZE[0]}x{SIZE[1]}", recording], stdout=log, stderr=log
             )
         self._url = f"rerun+http://127.0.0.1:{port}/proxy"
-        self._client: ViewerClient | None = None
+        self._viewer: ViewerClient
         self._started = time.monotonic()
 
     def __enter__(self) -> Self:
         try:
-            self._client = _until(self._connected, START_S, self._why)
+            self._viewer = _until(self._connected, START_S, self._why)
             _until(self._loaded, START_S, self._why)
         except BaseException:
             self._end()
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._end()
 
     def show(self, page: str, iteration: int | None = None) -> None:
@@ -100,11 +97,6 @@ class Screen:
         time.sleep(max(0.0, NOTICES_S - (time.monotonic() - self._started)))
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(self.picture())
-
-    @property
-    def _viewer(self) -> ViewerClient:
-        assert self._client is not None
-        return self._client
 
     def _connected(self) -> ViewerClient | None:
         self._check()

@@ -1,4 +1,4 @@
-"""`incsvr view`: shows what a learner does, live, and records it; shows a recording, or a log before it is learned."""
+"""`incsvr view`: shows what a learner does, live, and records it; shows a recording."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ import threading
 import time
 from contextlib import nullcontext
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from incsvr.errors import BadInput
 from service.bus.session import client_config, free_endpoint, open_session, stop_event
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
-from service.recordings import log_picture
 from service.wire import Keys
-from viewer import archive, log_page, window
+from viewer import archive, window
 from viewer.bus import Bus
 from viewer.compare import Choice
 from viewer.follow import Follower
+from viewer.pages import blueprint
 from viewer.palette import PALETTES, Theme
-from viewer.recorder import Recorder, new_recording
+from viewer.recorder import Recorder
+from viewer.recording_pages import RecordingPages
 from viewer.recording_set import RecordingSet
 
 log = logging.getLogger(__name__)
@@ -33,27 +33,21 @@ log = logging.getLogger(__name__)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
     parser.add_argument(
-        "recording", nargs="?", type=Path, metavar="FILE", help="show this recording (.rrd) or log instead of a learner"
+        "recording", nargs="?", type=Path, metavar="FILE", help="show this recording (.rrd) instead of a learner"
     )
-    parser.add_argument("--save", type=Path, metavar="FILE.rrd", help="record to this file; continue it if it exists")
+    parser.add_argument("--save", type=Path, metavar="FILE.rrd", help="record to this file, or to the next free one")
     parser.add_argument("--headless", action="store_true", help="open no window")
     parser.add_argument("--serve", type=int, metavar="PORT", help="serve viewers at this port of 127.0.0.1; no window")
     parser.add_argument("--theme", choices=sorted(PALETTES), help="colours of plots and texts (dark)")
     parser.add_argument(
         "--compare", nargs=2, type=int, metavar=("BEFORE", "AFTER"), help="iterations that are compared (first, latest)"
     )
-    parser.add_argument("--repair", action="store_true", help="mend a recording that was cut off")
-    log_picture.add_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="incsvr view: %(message)s")
-    if args.recording is not None and not args.repair and not archive.is_recording(args.recording):
-        return look_at_log(args)
     if args.recording is not None:
-        return look(args.recording, args.theme, repair=args.repair, headless=args.headless)
-    if args.repair:
-        raise BadInput("--repair mends a recording: name it, `incsvr view --repair FILE.rrd`")
+        return look(args.recording, args.theme, headless=args.headless)
     if args.headless and args.save is None and args.serve is None:
         raise BadInput(
             "--headless shows nothing: give --save FILE.rrd to record, or --serve PORT for viewers elsewhere"
@@ -67,51 +61,30 @@ def run(args: argparse.Namespace) -> int:
     )
     theme: Theme = args.theme or "dark"
     rate = max(abs(end) for end in config.vehicle.rate_range)
-    recordings = RecordingSet(PALETTES[theme], choice, rate, args.save, port, config.axis_asked)
+    palette = PALETTES[theme]
+
+    def pages(path: Path | None) -> RecordingPages:
+        layout = blueprint(palette, axis=config.axis_asked)
+        return RecordingPages(Recorder(layout, path=path, port=port, axis=config.axis_asked), palette, choice, rate)
+
+    recordings = RecordingSet(args.save, pages)
     with window.window(port, theme, stop.set) if opens and port is not None else nullcontext():
         _follow(config, recordings, stop, until_broken=port is None)
     whole = recordings.close()
-    if recordings.broken:
+    if recordings.pages.recorder.broken:
         # The stream of a file that cannot be written is never closed, and would keep the interpreter from ending.
         logging.shutdown()
         os._exit(1)
     return 0 if whole else 1
 
 
-def look(path: Path, theme: Theme | None, *, repair: bool, headless: bool) -> int:
-    """Opens a recording in the viewer; mends it before where that is asked for."""
-    known = archive.facts(path)
-    if repair:
-        archive.optimise([path], path)
-        print(f"{path} is whole again, {path.stat().st_size / 1e6:.1f} MB", file=sys.stderr)
-    elif not known.complete:
-        log.warning(
-            "%s was cut off; it shows what was written until then, `incsvr view --repair %s` mends it", path, path
-        )
+def look(path: Path, theme: Theme | None, *, headless: bool) -> int:
+    """Opens a recording in the viewer."""
+    if not archive.is_whole(path):
+        log.warning("%s was cut off; it shows what was written until then", path)
     if headless:
         return 0
     return window.look(path, theme)
-
-
-def look_at_log(args: argparse.Namespace) -> int:
-    """Opens a log of any format in the viewer, or writes it as a recording."""
-    if args.headless and args.save is None:
-        raise BadInput("--headless shows nothing: give --save FILE.rrd to keep what is drawn of the log")
-    if not args.headless:
-        window.need_a_screen()
-    picture = log_picture.picture(args)
-    palette = PALETTES[args.theme or "dark"]
-    with TemporaryDirectory() as folder:
-        path = args.save or Path(folder) / "log.rrd"
-        try:
-            recorder = Recorder(new_recording(), log_page.blueprint(picture, palette), path=path, axis=picture.axis)
-        except (RuntimeError, OSError) as error:
-            raise BadInput(f"{path}: cannot be written ({error}); free some space or record elsewhere") from None
-        log_page.draw(recorder, picture, palette)
-        recorder.close()
-        if args.save is not None:
-            log.info("%s: %.2f MB; open it with `incsvr view %s`", path, path.stat().st_size / 1e6, path)
-        return 1 if recorder.broken else 0 if args.headless else window.look(path, args.theme or "dark")
 
 
 def _follow(config: Config, recordings: RecordingSet, stop: threading.Event, *, until_broken: bool) -> None:
@@ -132,7 +105,7 @@ def _follow(config: Config, recordings: RecordingSet, stop: threading.Event, *, 
         threading.Thread(target=window.when, args=(stop.wait, bus.wake), daemon=True).start()
         log.info("viewer ready")
         try:
-            Follower(bus, recordings.pages, recordings.begin, recordings.recorded).run(stop, until_broken=until_broken)
+            Follower(bus, recordings.pages, recordings.begin).run(stop, until_broken=until_broken)
         finally:
             bus.close()
 

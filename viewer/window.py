@@ -17,6 +17,8 @@ from incsvr.errors import BadInput
 from viewer.archive import BINARY
 from viewer.palette import Theme
 
+COMMAND: list[str | Path] = [BINARY, "--bind", "127.0.0.1", "--port", "auto", "--hide-welcome-screen"]
+
 
 @contextmanager
 def window(port: int, theme: Theme, closed: Callable[[], object]) -> Iterator[None]:
@@ -27,8 +29,10 @@ def window(port: int, theme: Theme, closed: Callable[[], object]) -> Iterator[No
     """
     need_a_screen()
     url = f"rerun+http://127.0.0.1:{port}/proxy"
-    command: list[str | Path] = [BINARY, "--connect", url, "--bind", "127.0.0.1", "--port", "auto"]
-    with themed(theme) as (flags, environment), subprocess.Popen([*command, *flags], env=environment) as process:
+    with (
+        themed(theme) as (flags, environment),
+        subprocess.Popen([*COMMAND, *flags, "--connect", url], env=environment) as process,
+    ):
         threading.Thread(target=when, args=(process.wait, closed), daemon=True).start()
         try:
             yield
@@ -39,9 +43,8 @@ def window(port: int, theme: Theme, closed: Callable[[], object]) -> Iterator[No
 def look(recording: Path, theme: Theme | None) -> int:
     """The window on a recording until it is closed, in the theme of Rerun's own settings unless one is named."""
     need_a_screen()
-    command: list[str | Path] = [BINARY, "--bind", "127.0.0.1", "--port", "auto"]
     with themed(theme) as (flags, environment):
-        return subprocess.run([*command, *flags, recording], env=environment, check=False).returncode
+        return subprocess.run([*COMMAND, *flags, recording], env=environment, check=False).returncode
 
 
 @contextmanager
@@ -53,14 +56,14 @@ def themed(theme: Theme | None) -> Iterator[tuple[list[str], dict[str, str]]]:
     """
     environment = dict(os.environ)
     if theme is None or not sys.platform.startswith("linux"):
-        yield ["--hide-welcome-screen"], environment
+        yield [], environment
         return
     with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         settings = Path(folder) / "rerun" / "app.ron"
         settings.parent.mkdir()
         preference = f"(options:(theme_preference:{theme.capitalize()}))"
         settings.write_text(f'{{"rerun.version": "{rr.__version__}", "egui": "{preference}"}}', encoding="utf-8")
-        yield ["--hide-welcome-screen", "--persist-state"], environment | {"XDG_DATA_HOME": folder}
+        yield ["--persist-state"], environment | {"XDG_DATA_HOME": folder}
 
 
 def need_a_screen() -> None:

@@ -2,8 +2,8 @@
 
 A learner in a process of its own hears Leng's training runs as fast as it takes them; each quarter of the window that
 comes begins a trace. While a trace lives, its process is let go and stopped in turns, and questions for the damping are
-asked one after the other: what else the machine does is in both kinds of turns. So it is with the process that
-identifies the vehicle of a log for the page. Turns in which the learner learned, or the process ended, do not count.
+asked one after the other: what else the machine does is in both kinds of turns.
+Turns in which the learner learned, or the process ended, do not count.
 
     python -m benchmarks.service.live_queries
 """
@@ -13,10 +13,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
-from io import BytesIO
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -24,16 +20,10 @@ import psutil
 
 from benchmarks.service.bus import KEYS, PATIENCE_S, Learner, ask, learner, send
 from benchmarks.study import begin, options
-from service.recordings.recording import from_streams
-from service.recordings.recording_csv import write
 from service.wire.json_text import json_text
-from simulator.six_degrees import rov, swim
-from viewer.page.identification import Identification
 
 WINDOW_S, PROOF_S = 240.0, 60.0
 """Window and proof of the tracing [s of data]."""
-DIVE_S = 300.0
-"""Length of the log that is identified [s]."""
 QUESTIONS_A_TURN = 100
 """Questions that are asked one after the other, beside the process or without it."""
 BOOTSTRAP_ROUNDS = 1000
@@ -44,25 +34,16 @@ Turns = list[list[list[float]]]
 
 
 def measure(pairs: int) -> dict[str, Any]:
-    """Percentiles of a damping query [µs] with and without each process beside it, and their ratios."""
+    """Percentiles of a damping query [µs] with and without a trace beside it, and their ratios."""
     settings = {"tracing.live": "advise", "tracing.window": WINDOW_S, "tracing.proof": PROOF_S}
-    with learner(**settings) as subject, TemporaryDirectory() as folder:
+    with learner(**settings) as subject:
         runs = iter(range(1, 1000))
 
         def teach() -> None:
             run = next(runs)
             send(subject, run, later=1000.0 * run)
 
-        found = {"trace": summary(_turns(subject, subject.process, teach, pairs))}
-        path, page, rng = Path(folder, "dive.csv"), Identification(), np.random.default_rng(1)
-        write(path, from_streams("dive", swim(rov(rng), DIVE_S, rng)))
-        log = path.read_bytes()
-        try:
-            identify = partial(page.start, path.name, size=len(log))
-            turns = _turns(subject, psutil.Process(), lambda: identify(source=BytesIO(log)), pairs)
-            return found | {"identification": summary(turns)}
-        finally:
-            page.close()
+        return {"trace": summary(_turns(subject, subject.process, teach, pairs))}
 
 
 def summary(turns: Turns) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from viewer.compare import Choice
 from viewer.frame import Frame
 from viewer.pages import blueprint
 from viewer.palette import DARK
-from viewer.recorder import Recorder, new_recording
+from viewer.recorder import Recorder
 from viewer.recording_pages import RecordingPages
 from viewer.screen import Screen
 
@@ -38,30 +38,24 @@ BATCH_SAMPLES = 50
 
 
 def measure(path: Path, hours: float) -> dict[str, Any]:
-    """Records that many hours to `path`, optimises, verifies and opens it."""
+    """Records that many hours to `path`, and opens it."""
     iteration_ms, flush_ms, work_ms = write(path, round(hours * 3600.0 / ITERATION_PERIOD_S))
     count, written = len(iteration_ms), path.stat().st_size
-    began = time.perf_counter()
-    archive.optimise([path], path)
-    optimised = time.perf_counter()
-    size = path.stat().st_size
     return {
         "iterations": count,
         "log_one_iteration_ms": _spread(iteration_ms),
         "of_which_processor_ms": _spread(work_ms),
         "flush_ms": _spread(flush_ms),
-        "written_megabytes": round(written / 1e6, 1),
-        "optimised_megabytes": round(size / 1e6, 1),
-        "optimised_kilobytes_per_iteration": round(size / 1e3 / count, 2),
+        "megabytes": round(written / 1e6, 1),
+        "kilobytes_per_iteration": round(written / 1e3 / count, 2),
         "of_which_raw_signals_kilobytes": round(_raw_bytes(path) / 1e3 / count, 2),
-        "optimise_seconds": round(optimised - began, 1),
         "open_seconds": _opened(path),
     }
 
 
 def write(path: Path, count: int) -> tuple[Array, Array, Array]:
     """Records `count` iterations; the times to log each, to bring it to the file, of the thread alone [ms]."""
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     node = LearnerNode(
         read(None, {"state": None, "signals": {"sample_period": ITERATION_PERIOD_S / BATCH_SAMPLES}}), "a benchmark"

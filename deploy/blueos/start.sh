@@ -9,5 +9,5 @@ config=$data/config.yaml
 [ -e "$config" ] || cp "$(dirname "$0")/config.yaml" "$config"
 export INCSVR_STATE="${INCSVR_STATE:-$data/state}" OPENBLAS_NUM_THREADS=1
 incsvr config check "$config"
-incsvr page --config "$config" --host "${PAGE_HOST:-0.0.0.0}" --port "${PAGE_PORT:-9110}" --archive "$data/archive" &
+incsvr page --config "$config" --host "${PAGE_HOST:-0.0.0.0}" --port "${PAGE_PORT:-9110}" &
 exec incsvr serve --config "$config" --archive "$data/archive"

@@ -29,7 +29,7 @@ COMMANDS = {
     "replay": ("simulator.replay", "publishes recordings on the bus", "incsvr replay dive.csv --speed 10"),
     "view": (
         "viewer.view",
-        "shows a learner, a recording or a log in the viewer, and records",
+        "shows a learner or a recording in the viewer, and records",
         "incsvr view --save dive.rrd",
     ),
     "page": (

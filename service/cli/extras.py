@@ -7,7 +7,6 @@ from importlib.metadata import PackageNotFoundError, metadata, requires
 
 _DISTRIBUTIONS = {
     "rerun": "rerun-sdk",
-    "PIL": "pillow",
     "sklearn": "scikit-learn",
     "google": "protobuf",
     "yaml": "PyYAML",

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
+from service.cli.removed import REMOVED
 from service.number import number_of, whole_number_of
 
 NUMBERS = {"int": "a whole number", "float": "a number"}
@@ -81,6 +82,9 @@ class Parser(argparse.ArgumentParser):
         return f"; `{self.prog} --help` lists all"
 
     def _no_flag(self, flag: str) -> str:
+        instead = REMOVED.get((self.prog.rpartition(" ")[2], flag))
+        if instead is not None:
+            return f"there is no flag {flag} any more; {instead}"
         return f"there is no flag {flag}{meant(flag, self.flags) or self._all}"
 
     def _sentence(self, message: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from incsvr.numerics import Array
 from incsvr.signals.message_rates import slow_torque
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
+from service.commands.report_head import PLOTS
 from service.config.sources import read as read_config
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.clocks import without_leaps
@@ -42,6 +44,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_log_arguments(parser, config=True, axis=False)
     parser.add_argument("--topic", metavar="NAME", help="show all fields of this topic")
+    parser.add_argument(
+        "--plot", type=Path, metavar="FILE", help="draw the streams into this file (.png, .svg, .pdf; matplotlib)"
+    )
     add_json_argument(parser)
 
 
@@ -51,8 +56,28 @@ def run(args: argparse.Namespace) -> int:
     inputs = inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
     with progress(f"reading {args.files[0].name}"):
         summary = _read(args, LogDescription(tuple(args.column), inputs))
+    if args.plot is not None:
+        _plot(args.plot, summary)
     emit(args, _result(summary), _text(args, summary))
     return 0
+
+
+def _plot(path: Path, summary: LogSummary) -> None:
+    """Draws what would be learned from over time.
+
+    Raises:
+        BadInput: nothing would be, matplotlib is missing, or the file cannot be written.
+    """
+    measured = summary.measured
+    if measured is None:
+        raise BadInput(f"{summary.name}: --plot needs a yaw rate: name it with --column yaw_rate=FIELD")
+    armed = None if measured.armed is None else arming_spans(*measured.armed)
+    units = {name: si_unit(name) for name in measured.streams}
+    figure = import_module(PLOTS).of_log(summary.name, measured.streams, units, armed)
+    try:
+        figure.savefig(path)
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path}: cannot be written ({error}); name a file such as log.png") from None
 
 
 def _read(args: argparse.Namespace, description: LogDescription) -> LogSummary:

@@ -19,10 +19,9 @@ from incsvr.plant.terms import mass_unit
 from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
+from service.commands.report_head import PLOTS
+from service.inputs.quantities import si_unit
 from service.recordings.recording import Recording
-
-PLOTS = "viewer.plots"
-"""Module that draws; loaded when asked for, so that reading and learning need no drawing library."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -59,7 +58,9 @@ class Log:
     def plot(self) -> Any:
         """Velocity and torque over time, as a figure of matplotlib."""
         streams = self.recording.streams()
-        return _plots().of_log(self.recording.name, streams[YAW.rate], streams[YAW.effort], self.recording.axis)
+        axis = self.recording.axis
+        drawn = {axis.rate: streams[YAW.rate], axis.effort: streams[YAW.effort]}
+        return _plots().of_log(self.recording.name, drawn, {name: si_unit(name) for name in drawn})
 
     def to_frame(self) -> Any:
         """The columns as a DataFrame of pandas."""

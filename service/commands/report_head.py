@@ -11,6 +11,8 @@ from importlib.metadata import version
 
 REPORT_WRITER = "viewer.report"
 """Writes a report; loaded when asked for, so that learning and tracing need no drawing library."""
+PLOTS = "viewer.plots"
+"""Draws figures; loaded when asked for."""
 
 
 def provenance(args: argparse.Namespace, words: Sequence[str] | None = None) -> dict[str, str]:

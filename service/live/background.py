@@ -14,9 +14,9 @@ from importlib import import_module
 from pathlib import Path
 
 MAX_MEMORY_BYTES = 2 * 1024**3
-"""Address space of the process: the longest trace known and five minutes of six axes take a quarter of it."""
+"""Address space of the process: the longest trace known takes a quarter of it."""
 MAX_FILE_BYTES = 64 * 1024**2
-"""Largest file that it writes: a report takes less than one."""
+"""Largest file that it writes: an answer takes less than one."""
 NO_ANSWER = 2
 """Exit status of a process whose data cannot answer."""
 SESSION_NICENESS = "5"
@@ -48,7 +48,7 @@ def stand_back(niceness: int, processor_s: int) -> None:
             resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (bound, bound))
 
 
-def end_with_the_parent(folder: Path | None = None) -> None:
+def end_with_the_parent(folder: Path) -> None:
     """Ends this process, and removes the folder, once the one that started it is gone: it holds a pipe to this one's
     standard input, which the system closes with it."""
 
@@ -56,8 +56,7 @@ def end_with_the_parent(folder: Path | None = None) -> None:
         # Not through sys.stdin: its lock, held here, would abort the interpreter at its end.
         while os.read(0, 1):
             pass
-        if folder is not None:
-            shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(folder, ignore_errors=True)
         os._exit(1)
 
     threading.Thread(target=wait, daemon=True).start()

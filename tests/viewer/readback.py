@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import warnings
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,16 @@ import numpy as np
 from rerun.chunk import RrdReader
 from rerun.error_utils import RerunWarning
 
+from viewer import archive
 from viewer.frame import Floats
 
 Rows = dict[str, dict[int, Any]]
+
+
+def verify(path: Path) -> None:
+    """Has Rerun read the whole file."""
+    done = subprocess.run([archive.BINARY, "rrd", "verify", path], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def rows(path: Path, column: str, under: str = "/learning") -> Rows:

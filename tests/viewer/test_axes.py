@@ -4,67 +4,51 @@ from __future__ import annotations
 
 import io
 from dataclasses import fields
-from itertools import pairwise
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from PIL import Image, ImageFont
+from PIL import Image
 
 from incsvr.plant.axes import AXES
 from incsvr.plant.words import words_of
-from viewer.axes import Axes, NumberedAxis, axis_for, even_axis
+from viewer.axes import BOTTOM, HEIGHT, LEFT, RIGHT, SHARP, TOP, WIDTH, Axes, Sign
 from viewer.learning import DAMPING, RATE
-from viewer.painter import SHARP
 from viewer.palette import DARK, LIGHT, Colour, Palette
 
 NATIVE_GROUNDS = [(13, 13, 13), (255, 255, 255)]  # of Rerun's own plots, in its two themes
 
 
-@given(st.floats(1e-6, 1e6), st.integers(3, 12))
-def test_an_axis_holds_its_range_with_few_round_ticks(reach: float, ticks: int) -> None:
-    axis = axis_for(-reach, reach, "Anything [-]", ticks=ticks)
-    assert axis.low <= -0.999 * reach < 0.999 * reach <= axis.high
-    assert 2 <= len(axis.ticks) <= ticks + 3
-    assert axis.ticks[0] == pytest.approx(axis.low)
-    assert axis.ticks[-1] == pytest.approx(axis.high)
-
-
-@given(st.floats(1e-6, 1e6))
-def test_two_even_axes_share_one_grid(reach: float) -> None:
-    axis = even_axis(reach, "Anything [-]")
-    assert len(axis.ticks) == 5
-    assert axis.high >= 0.999 * reach
-    assert len({axis.text(tick) for tick in axis.ticks}) == 5
-
-
-@pytest.mark.parametrize(("rate", "damping"), [(0.25, 100.0), (1.8, 6.0), (0.25, 12345.0), (0.002, 0.004)])
-def test_labels_never_overlap(rate: float, damping: float) -> None:
-    x, y = (axis_for(-1.15 * reach, 1.15 * reach, "", ticks=10) for reach in (rate, damping))
-    axes = Axes(x, y, 1500, 1330, font=32)
-    font = ImageFont.load_default(32)
-    ends = [
-        (axes.canvas(tick, 0.0)[0] - font.getlength(x.text(tick)) / 2, font.getlength(x.text(tick))) for tick in x.ticks
-    ]
-    for (left, width), (following, _) in pairwise(ends):
-        assert left + width + 8 < following
-    for tick in y.ticks:
-        assert font.getlength(y.text(tick)) < axes.left - 0.4 * axes.font
+@given(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6))
+def test_axes_hold_their_range_and_little_more(rate: float, damping: float) -> None:
+    axes = Axes.around(rate, damping, ("", ""))
+    for end, reach in ((axes.x, rate), (axes.y, damping)):
+        assert 1.1 * reach <= end <= 1.7 * reach
 
 
 def test_the_canvas_and_physical_units_agree() -> None:
-    axes = Axes(axis_for(-0.3, 0.3, "x"), axis_for(-120.0, 120.0, "y"), 1500, 1330)
-    assert axes.canvas(axes.x.low, axes.y.low) == pytest.approx((axes.left, axes.bottom))
-    assert axes.canvas(axes.x.high, axes.y.high) == pytest.approx((axes.right, axes.top))
+    axes = Axes(0.3, 120.0)
+    (x, y), (wide, high) = axes.scale, axes.size(1.0)
+    assert (2.0 * axes.x * x, -2.0 * axes.y * y) == pytest.approx((RIGHT - LEFT, BOTTOM - TOP))
+    assert (wide * x, high * y) == pytest.approx((1.0, -1.0))
 
 
 @pytest.mark.parametrize("palette", [DARK, LIGHT])
-def test_the_picture_has_the_colours_it_was_told(palette: Palette) -> None:
-    axes = Axes(NumberedAxis(-1.0, 1.0, 0.5, "x"), NumberedAxis(-1.0, 1.0, 0.5, "y"), 400, 300)
-    picture = Image.open(io.BytesIO(axes.png(palette))).convert("RGB")
-    assert picture.size == (round(400 * SHARP), round(300 * SHARP))
-    assert picture.getpixel((2, 2)) == palette.background
-    assert palette.frame in {colour for _, colour in picture.getcolors(1 << 20) or ()}
+def test_the_frame_is_where_the_data_are_put(palette: Palette) -> None:
+    """The picture's own frame and the way of the data onto the canvas agree to a pixel."""
+    legend = [Sign("One", palette.old, "o"), Sign("Other", palette.new, line="--")]
+    picture = Image.open(io.BytesIO(Axes(0.25, 100.0, ("x", "y")).png(palette, legend))).convert("RGB")
+    assert picture.size == (round(WIDTH * SHARP), round(HEIGHT * SHARP))
+    assert picture.getpixel((2, picture.height - 2)) == palette.background
+    for x, y in ((LEFT, 0.3 * TOP + 0.7 * BOTTOM), (RIGHT, 600.0), (700.0, TOP), (700.0, BOTTOM)):
+        assert near(picture.getpixel((round(x * SHARP), round(y * SHARP))), palette.frame)
+    colours = {colour for _, colour in picture.getcolors(1 << 20) or ()}
+    assert {palette.old, palette.new} <= colours
+
+
+def near(one: object, other: Colour) -> bool:
+    assert isinstance(one, tuple)
+    return all(abs(a - b) <= 12 for a, b in zip(one, other, strict=True))
 
 
 def luminance(colour: Colour) -> float:

@@ -21,7 +21,7 @@ from simulator import leng
 from tests.hidden import recording, write_trace
 from tests.service.conftest import configured
 from tests.viewer.conftest import KEYS, House
-from viewer import archive
+from tests.viewer.readback import verify
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def test_every_sample_is_drawn_once_and_the_recording_goes_on(
             viewer.wait_for(f"iteration {report.iteration} ")
         assert viewer.end() == 0
         token.undeclare()
-    archive.verify(path)
+    verify(path)
     (entry,) = RrdReader(str(path)).recordings()
     drawn: dict[str, Counter[int]] = {}  # entity → how often each instant [ms]
     for chunk in RrdReader(str(path)).stream(store=entry).filter(has_timeline="vehicle_time"):

@@ -4,33 +4,33 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import Any
 from urllib.error import HTTPError
-from urllib.parse import quote
 from urllib.request import Request, urlopen
 
 import pytest
 
-from tests.viewer.browser import FLAGS, browser_or_skip
 from tests.viewer.conftest import PATIENCE, House, Run, learn_until, publish
 
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync", "--disable-quic", "--virtual-time-budget=2000", "--dump-dom",
+)  # fmt: skip
+"""The page's own clock goes on for two seconds; the network's answers are waited for."""
 
-def drawn(url: str, folder: Path, *words: str) -> str:
-    """The document after its script has run, in a browser."""
-    # The page's own clock goes on for two seconds; the network's answers are waited for.
-    command = [
-        browser_or_skip(),
-        *FLAGS,
-        f"--user-data-dir={folder}",
-        "--virtual-time-budget=2000",
-        *words,
-        "--dump-dom",
-        url,
-    ]
+
+def drawn(url: str, folder: Path) -> str:
+    """The document after its script has run, in a browser; the test is skipped where none is installed."""
+    browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if browser is None:
+        pytest.skip("no browser is installed (chromium)")
+    command = [browser, *FLAGS, f"--user-data-dir={folder}", url]
     return subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE).stdout
 
 
@@ -52,9 +52,8 @@ def state_with(url: str, iteration: int) -> dict[str, Any]:
 
 @pytest.mark.slow
 def test_a_browser_draws_what_a_learner_says(house: House, run: Run, tmp_path: Path) -> None:
-    archive = tmp_path / "archive"
-    learner = house.serve("--archive", str(archive))
-    page = house.start(["page", "--connect", house.endpoint, "--port", "0", "--archive", str(archive)])
+    learner = house.serve()
+    page = house.start(["page", "--connect", house.endpoint, "--port", "0"])
     url = re.findall(r"http://\S+", page.wait_for("shows leng/yaw"))[0]
     assert "Nothing has been learned yet" in drawn(url, tmp_path / "before")
     session = house.client()
@@ -72,11 +71,8 @@ def test_a_browser_draws_what_a_learner_says(house: House, run: Run, tmp_path: P
     assert "N_r|r|, quadratic" in document
     assert re.search(r'id="level"[^>]*class="(OK|WARN|STALE)"', document)
 
-    name = state["recordings"][0]["name"]
-    assert fetched(f"{url}recordings/{name}").startswith(b"\x89MCAP0")
-    for wrong in (quote("../state", safe=""), "nothing.mcap"):
-        with pytest.raises(HTTPError, match="404"):
-            fetched(f"{url}recordings/{wrong}")
+    with pytest.raises(HTTPError, match="404"):
+        fetched(f"{url}recordings/leng-yaw_000001.mcap")
     with pytest.raises(HTTPError, match="501"):
         urlopen(Request(f"{url}state.json", method="POST"), timeout=PATIENCE)
 

@@ -1,4 +1,4 @@
-"""The page of a vehicle whose axes are learned together: a line for each, and the axis that a browser asks for."""
+"""The page of a vehicle whose axes are learned together shows the axis that a browser asks for."""
 
 from __future__ import annotations
 
@@ -18,29 +18,26 @@ from tests.service.conftest import benches
 from tests.viewer.test_page import drawn
 from viewer.page.hosts import ours
 from viewer.page.learner import Learner
-from viewer.page.recordings import Recordings
 from viewer.page.server import server
-from viewer.page.vehicle_axes import VehicleAxes
 
 BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(82)), (1.0, 0.4, 0.0, 0.0, 0.0, 0.5))
 
 
-def test_a_line_for_each_axis_and_the_one_that_is_asked_for(tmp_path: Path) -> None:
+def test_an_axis_is_answered_where_it_is_asked_for(tmp_path: Path) -> None:
     write_vehicle(tmp_path / "boat.yaml", BOAT)
     with benches() as begin:
         bench = begin(vehicle__file=str(tmp_path / "boat.yaml"), prefix="boat")
         bench.session.put("boat/surge/rate", wire.measurement((1.0, 1.1), (0.5, 0.6)))
         bench.session.put("boat/yaw/channel/heading", wire.measurement(1.0, 0.3))
         bench.health_when(lambda health: {"surge", "heading"} <= health.streams.keys())
-        learner = Learner(client_config_at(bench.endpoint), bench.endpoint, "boat/yaw", Recordings(None))
-        axes = VehicleAxes(learner)
-        first, surge = axes.state(None), axes.state("surge")
+        learner = Learner(client_config_at(bench.endpoint), bench.endpoint, "boat/yaw")
+        first, surge = learner.of_axis(None), learner.of_axis("surge")
         assert (first["prefix"], surge["prefix"]) == ("boat/yaw", "boat/surge")
         assert (first["units"]["surge"], first["units"]["heading"]) == ("m/s", "rad")
         assert surge["words"]["title"] == "Surge damping"
-        assert (first["vehicle"], list(first["axes"])) == ("rov", ["yaw", "surge"])
-        assert (first["axes"]["surge"]["value"], first["axes"]["surge"]["unit"]) == (0.6, "m/s")
-        assert axes.state("heave")["prefix"] == "boat/yaw", "no such axis is learned"
+        assert list(first["health"]["axes"]) == ["yaw", "surge"]
+        assert surge["health"]["streams"]["yaw_rate"]["value"] == 0.6
+        assert learner.of_axis("heave")["prefix"] == "boat/yaw", "no such axis is learned"
         learner.close()
 
 
@@ -49,8 +46,8 @@ def test_a_browser_shows_the_axis_of_its_address(tmp_path: Path) -> None:
     write_vehicle(tmp_path / "boat.yaml", BOAT)
     with benches() as begin:
         bench = begin(vehicle__file=str(tmp_path / "boat.yaml"), prefix="boat")
-        learner = Learner(client_config_at(bench.endpoint), bench.endpoint, "boat/yaw", Recordings(None))
-        with server("127.0.0.1", 0, learner, Recordings(None), ours("127.0.0.1", [])) as served:
+        learner = Learner(client_config_at(bench.endpoint), bench.endpoint, "boat/yaw")
+        with server("127.0.0.1", 0, learner, ours("127.0.0.1", [])) as served:
             threading.Thread(target=served.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
             document = drawn(f"http://127.0.0.1:{served.server_address[1]}/?axis=surge", tmp_path / "browser")
             served.shutdown()

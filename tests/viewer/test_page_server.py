@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
 import socket
 import struct
 import threading
@@ -12,45 +10,24 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from http.client import HTTPConnection
-from pathlib import Path
-from urllib.parse import quote
 
 import pytest
 
 from service.bus.session import client_config_at, free_endpoint
 from viewer.page.hosts import foreign, ours
 from viewer.page.learner import Learner
-from viewer.page.recordings import Recordings
 from viewer.page.server import MAX_CLIENTS, Server, server
 
 PATIENCE = 20.0
 AT_ONCE = 200
-LARGE = 20_000_000
-"""More than any buffer between two sockets holds [bytes]."""
 
 
 @pytest.fixture
-def archive(tmp_path: Path) -> Path:
-    """A recording, and what somebody laid beside it."""
-    folder = tmp_path / "archive"
-    folder.mkdir()
-    (folder / "leng-yaw_000001.mcap").write_bytes(b"x" * LARGE)
-    (tmp_path / "secret").write_text("secret")
-    (folder / "leng-yaw_000002.mcap").symlink_to(tmp_path / "secret")
-    (folder / "leng-yaw_000003.mcap").symlink_to(tmp_path / "nothing")
-    os.mkfifo(folder / "leng-yaw_000004.mcap")
-    (folder / "leng-yaw_000005.mcap").mkdir()
-    (folder / 'leng"\r\nyaw_000006.mcap').write_text("header")
-    (folder / "notes.txt").write_text("notes")
-    return folder
-
-
-@pytest.fixture
-def page(archive: Path) -> Iterator[Server]:
+def page() -> Iterator[Server]:
     """The page of a bus at which nobody listens."""
-    endpoint, recordings = free_endpoint(), Recordings(archive)
-    learner = Learner(client_config_at(endpoint), endpoint, "leng/yaw", recordings)
-    with server("127.0.0.1", 0, learner, recordings, ours("127.0.0.1", ["rov.example.org"])) as served:
+    endpoint = free_endpoint()
+    learner = Learner(client_config_at(endpoint), endpoint, "leng/yaw")
+    with server("127.0.0.1", 0, learner, ours("127.0.0.1", ["rov.example.org"])) as served:
         threading.Thread(target=served.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
         yield served
         served.shutdown()
@@ -82,7 +59,7 @@ def answer(page: Server, path: str, **headers: str) -> tuple[int, bytes]:
 )  # fmt: skip
 def test_only_a_browser_that_calls_it_by_its_own_name_is_answered(page: Server, host: str, is_ours: bool) -> None:
     assert (foreign([host], ours("127.0.0.1", ["rov.example.org"])) is None) == is_ours
-    for path in ("/", "/state.json", "/recordings/leng-yaw_000001.mcap"):
+    for path in ("/", "/state.json"):
         status, said = answer(page, path, Host=host)
         assert status == (200 if is_ours else 403)
         assert is_ours or b"start it with --name NAME" in said
@@ -93,19 +70,8 @@ def test_of_two_hosts_none_may_be_foreign() -> None:
     assert foreign([], ours("127.0.0.1", [])) is None
 
 
-def test_neither_a_link_nor_a_pipe_nor_a_folder_is_offered_or_opened(page: Server, archive: Path) -> None:
-    _, state = answer(page, "/state.json")
-    assert json.loads(state)["recordings"] == [{"name": "leng-yaw_000001.mcap", "bytes": LARGE}]
-    names = [path.name for path in archive.iterdir() if path.name != "leng-yaw_000001.mcap"]
-    assert len(names) == 6
-    for name in (*names, "../secret", "..", "", "/etc/passwd", "leng-yaw_000001.mcap\0"):
-        status, said = answer(page, f"/recordings/{quote(name, safe='')}")
-        assert (status, b"secret" in said) == (404, False), name
-    assert answer(page, "/recordings/leng-yaw_000001.mcap") == (200, b"x" * LARGE)
-
-
 def test_a_client_that_breaks_off_leaves_no_trace(page: Server, capfd: pytest.CaptureFixture[str]) -> None:
-    requests = (b"GET /recordings/leng-yaw_000001.mcap HTTP/1.1\r\nHost: localhost\r\n\r\n", b"GET /state.json", b"")
+    requests = (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b"GET /state.json", b"")
     for request in requests:
         with socket.create_connection(place(page)) as client:
             client.sendall(request)

@@ -12,21 +12,19 @@ import pytest
 
 from service.wire import SETS, EffectsLedger, Health, Measurement, Points, Validation
 from tests.viewer.conftest import Run
-from tests.viewer.readback import points, rows, series, shown
+from tests.viewer.readback import every, points, rows, series, shown, verify
 from viewer import archive, recording_pages
 from viewer.compare import Choice
-from viewer.curve import trained_part
 from viewer.effects import columns
-from viewer.error import MAX_POINTS, thinned
 from viewer.frame import Frame, positions
 from viewer.pages import blueprint
 from viewer.palette import DARK
-from viewer.recorder import Recorder, new_recording
+from viewer.recorder import Recorder
 from viewer.recording_pages import RecordingPages
 
 
 def record(run: Run, path: Path, choice: Choice) -> None:
-    recorder = Recorder(new_recording(), blueprint(DARK, choice), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, choice, rate=0.25)
     newest = 0.0
     for report, snapshot in run.iterations:
@@ -97,18 +95,16 @@ def test_the_error_on_a_batch_is_that_of_what_was_served_before_it(run: Run) -> 
         assert report.progressive_mae == pytest.approx(np.mean(np.abs(said - report.batch.damping)), rel=1e-6)
 
 
-def test_the_curve_of_errors_begins_at_the_untrained_model(run: Run, tmp_path: Path) -> None:
+def test_the_error_of_the_untrained_model_is_in_the_name_of_the_curve(run: Run, tmp_path: Path) -> None:
     report, snapshot = run.iterations[0]
     check = Validation(name="V1", mae=5.0, rmse=6.0, samples=100, untrained=48.0)
     path = tmp_path / "run.rrd"
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     first = report.model_copy(update={"validation": (check,)})
     RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
     recorder.close()
-    (strip,) = rows(path, "LineStrips2D:strips", "/error")["/error/curve/V1"][1]
-    (begins, error), (iteration, mae) = points(strip)
-    assert (begins, iteration, mae) == (0.0, 1.0, 5.0)
-    assert mae < error <= 48.0  # it runs along the frame
+    assert rows(path, "Scalars:scalars", "/error") == {"/error/V1": {1: [5.0]}}
+    assert every(path, "SeriesLines:names", "/error/V1") == ["Validation V1; untrained: 48 N m"]
 
 
 def test_every_frame_has_its_table_axes_and_comparison(run: Run, recorded: Path) -> None:
@@ -120,8 +116,8 @@ def test_every_frame_has_its_table_axes_and_comparison(run: Run, recorded: Path)
         assert f"| Support vectors | {len(report.support)} |" in counts
         (text,) = shown(tables["/learning/compared"], report.iteration)
         assert f"Iteration 1 and {report.iteration}" in text
-    for path in ("/learning", "/signals/scope", "/error"):
-        assert min(rows(recorded, "EncodedImage:blob", path)[f"{path}/axes"]) == run.iterations[0][0].iteration
+    for name in ("axes", "compare_axes"):
+        assert min(rows(recorded, "EncodedImage:blob")[f"/learning/{name}"]) == run.iterations[0][0].iteration
 
 
 def test_a_further_channel_is_recorded_and_its_line_ends_at_its_pauses(run: Run, recorded: Path) -> None:
@@ -152,42 +148,24 @@ def test_two_chosen_revisions_stand_still(run: Run, tmp_path: Path) -> None:
         assert np.array_equal(found, expected.astype(np.float32))
 
 
-def test_a_recording_is_verified_and_optimising_keeps_every_number(run: Run, recorded: Path, tmp_path: Path) -> None:
-    archive.verify(recorded)
-    archive.optimise([recorded], tmp_path / "small.rrd")
-    archive.verify(tmp_path / "small.rrd")
-    assert rows(tmp_path / "small.rrd", "Points2D:positions") == rows(recorded, "Points2D:positions")
-    assert archive.facts(tmp_path / "small.rrd").complete
-    assert archive.last_revision(recorded) == archive.last_revision(tmp_path / "small.rrd")
+def test_a_recording_is_whole(recorded: Path) -> None:
+    verify(recorded)
+    assert archive.is_whole(recorded)
 
 
 def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "bare.rrd"
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
     recorder.close()
     assert "curve is missing" in rows(path, "TextDocument:text")["/learning/table"][1][0]
-
-
-def test_the_trained_part_ends_at_both_ends(run: Run) -> None:
-    model = run.iterations[0][1].model()
-    rate = trained_part(np.linspace(-1.0, 1.0, 11), model)
-    assert (rate[0], rate[-1]) == model.trained_range
-    assert (np.diff(rate) > 0.0).all()
-
-
-def test_a_curve_never_grows_beyond_what_a_screen_shows() -> None:
-    curve = [(float(k), float(k)) for k in range(7200)]
-    assert len(thinned(curve)) <= MAX_POINTS
-    assert thinned(curve)[[0, -1], 0].tolist() == [0.0, 7199.0]
-    assert thinned(curve[:1]).tolist() == [[0.0, 0.0]]
 
 
 def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path: Path) -> None:
     report, snapshot = run.iterations[0]
     wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
     path = tmp_path / "wild.rrd"
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
     pages.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
@@ -205,7 +183,7 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
 
 def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "effects.rrd"
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     # The learner says it when it begins, before there is an iteration.
     pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
@@ -242,7 +220,7 @@ def test_what_is_found_is_drawn_with_its_state_until_effects_are_in_force(
 
     monkeypatch.setattr(recording_pages, "blueprint", laid_out)
     path = tmp_path / "suspected.rrd"
-    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     found = {"effect": "torque_lag", "state": "suspected", "sentence": "The torque lags."}
     about = {"parameters": {"time_constant_s": 0.71}, "interval": {"time_constant_s": [0.66, 0.76]}}
@@ -253,12 +231,13 @@ def test_what_is_found_is_drawn_with_its_state_until_effects_are_in_force(
     assert pages.flush()
     pages.effects(EffectsLedger(mode="advise", found=(found | about | {"state": "proven"},)), time.time())
     assert pages.flush()
-    assert plots == [{entity: f"Torque lag, {state}: time constant [s]"} for state in ("suspected", "proven")]
     pages.effects(EffectsLedger(mode="advise"), time.time())
-    assert pages.found == {entity: "Torque lag, no longer found: time constant [s]"}
+    assert pages.flush()
     pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
-    assert not pages.found
+    assert pages.flush()
     recorder.close()
+    states = ("suspected", "proven", "no longer found")
+    assert plots == [*({entity: f"Torque lag, {state}: time constant [s]"} for state in states), {}]
     drawn = series(path, "/effects/found")
     assert {name.rpartition("/")[2]: set(values) for name, values in drawn.items()} == {
         "estimate": {0.71},

@@ -11,9 +11,9 @@ from tests.viewer.conftest import Run
 from viewer import names
 from viewer.effects import ledger_text
 from viewer.frame import Frame, clock_text
-from viewer.health import axes_text, health_text
+from viewer.health import axes_text
 from viewer.pauses import Pauses
-from viewer.table import headline, quantity, samples_table, table
+from viewer.table import quantity, samples_table, table
 
 LAG = {
     "effect": "torque_lag",
@@ -26,27 +26,17 @@ LAG = {
 }
 
 
-def test_the_table_has_every_count_and_figure(run: Run) -> None:
+def test_the_tables_have_the_figures_of_the_iteration(run: Run) -> None:
     report, snapshot = run.iterations[3]
     frame = Frame(report, snapshot, None)
     text = table(frame) + samples_table(frame)
     for words in (
-        f"# Iteration {report.iteration} ",
-        f"50 samples, vehicle time {report.time_span[0]:.1f} s",
+        f"# Iteration {report.iteration}  ·  error {quantity(report.progressive_mae, 'N m')}",
         f"revision {report.revision}",
-        f"| New samples | {len(report.new)} |",
         f"| Discarded, near a vector | {len(report.discarded_near)} |",
-        f"| Training time | {report.training_ms:.1f} ms |",
-        "| Tube of no penalty | ±0.1 N m |",
         f"| Off the optimum at most | {quantity(report.certified_error, 'N m')} |",
     ):
         assert words in text
-
-
-def test_the_headline_is_the_error_on_what_was_new(run: Run) -> None:
-    first, later = (Frame(*run.iterations[k], None) for k in (0, 4))
-    assert headline(first) == "first model"
-    assert headline(later) == f"error {quantity(later.report.progressive_mae, 'N m')}"
 
 
 @pytest.mark.parametrize(
@@ -60,23 +50,6 @@ def test_a_quantity_is_never_a_power_of_ten(value: float | None, text: str) -> N
 def test_the_vehicles_time_is_a_date_where_it_counts_from_1970() -> None:
     assert clock_text(812.44) == "812.4 s"
     assert clock_text(1.7e9).startswith("2023-11-")
-
-
-def test_health_says_the_level_then_why_then_the_counters() -> None:
-    health = Health(
-        level="WARN",
-        reasons=("the last torque arrived 3.2 s ago",),
-        counters={"rejected:late": 4},
-        learned=0.87,
-        boot="abc",
-        streams={"torque": StreamHealth(received=100, lost=2, t=5.0)},
-    )
-    lines = health_text(health).splitlines()
-    assert lines[0] == "# WARNING"
-    assert lines[1] == "- The last torque arrived 3.2 s ago."
-    assert "| rejected: late | 4 |" in lines
-    assert "| torque | 100 | 2 | 5.0 s |" in lines
-    assert any("Learned: 87 %" in line for line in lines)
 
 
 def test_each_axis_of_a_vehicle_has_a_line() -> None:
@@ -94,28 +67,17 @@ def test_the_ledger_tells_each_effect_and_each_step() -> None:
     text = ledger_text(
         EffectsLedger(effects=(LAG,), history=({"t": 812.4, "step": "promoted", "effect": "torque_lag"},))
     )
-    assert "## Torque lag" in text
-    assert "The torque arrives 0.71 s late." in text
-    assert "- Time constant 0.71 s (0.66 to 0.76)" in text
-    assert "- 88 % of the better fit, p = 1e-06" in text
-    assert "- **812.4 s** Torque lag: promoted" in text
-    assert "p < 1e-300" in ledger_text(EffectsLedger(effects=({**LAG, "p_value": 0.0},)))
-    assert "None:" in ledger_text(EffectsLedger())
+    for line in ("## Torque lag", "- Time constant 0.71 s (0.66 to 0.76)", "- **812.4 s** Torque lag: promoted"):
+        assert line in text
 
 
 def test_people_read_names_and_units_and_never_a_key() -> None:
     assert names.effect("coupling:thruster_3_speed") == "Coupling to thruster 3 speed"
-    assert names.effect("modulation:voltage") == "Modulation by voltage"
-    assert names.channel("depth") == "Depth [m]"
     assert names.channel("thruster_3_pwm") == "Thruster 3 pwm [µs]"
-    assert names.channel("winch") == "Winch"
     step = {"t": 3.0, "step": "suspected", "effect": "torque_lag", "why": "torque_lag: it lags", "revision": 7}
     assert names.step(step) == "**3.0 s** Torque lag: suspected: it lags (revision 7)"
-    assert names.finding({"effect": "torque_lag", "sentence": "torque_lag: it lags."}) == "Torque lag: it lags."
-    assert names.finding({"effect": "torque_lag"}) == "Torque lag"
     for key in LABELS:
-        shown = names.parameter(key, 1.0)
-        assert not set("_{}") & set(shown), shown
+        assert not set("_{}") & set(names.parameter(key, 1.0)), key
 
 
 @pytest.mark.parametrize("cut", [1, 7, 100, 151])

@@ -5,15 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 import threading
-from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.bus.session import client_config, stop_event
 from service.config.sources import add_config_arguments, from_arguments
 from viewer.page.hosts import ours
-from viewer.page.identification import Identification
 from viewer.page.learner import Learner
-from viewer.page.recordings import Recordings
 from viewer.page.server import server
 
 
@@ -28,25 +25,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="further host name of the page, such as rov.example.org; addresses, this machine's name and names in "
         ".local are always served",
     )
-    parser.add_argument(
-        "--archive", type=Path, metavar="DIR", help="offer the recordings of `incsvr serve --archive DIR`"
-    )
-    parser.add_argument(
-        "--identify",
-        action="store_true",
-        help="allow users of the page to identify a recording or a log, one at a time, at the lowest priority",
-    )
 
 
 def run(args: argparse.Namespace) -> int:
     stop = stop_event()
     config = from_arguments(args)
     where = config.bus.connect or config.bus.listen
-    recordings = Recordings(args.archive)
-    learner = Learner(client_config(config.bus), where, config.prefix, recordings, config.axis_asked)
-    identification = Identification() if args.identify else None
+    learner = Learner(client_config(config.bus), where, config.prefix, config.axis_asked)
     try:
-        served = server(args.host, args.port, learner, recordings, ours(args.host, args.name), identification)
+        served = server(args.host, args.port, learner, ours(args.host, args.name))
     except (OSError, OverflowError) as error:
         raise BadInput(
             f"{args.host}:{args.port} cannot be served at ({error}); name another one with --host and --port"
@@ -59,7 +46,5 @@ def run(args: argparse.Namespace) -> int:
         pass
     served.shutdown()
     served.server_close()
-    if identification is not None:
-        identification.close()
     learner.close()
     return 0

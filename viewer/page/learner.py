@@ -13,7 +13,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients, negative_drag
-from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from service.bus.session import answer, open_session
 from service.inputs.quantities import si_unit
@@ -27,7 +27,6 @@ from service.wire import (
     ModelSnapshot,
 )
 from viewer import names
-from viewer.page.recordings import Recordings
 
 FRESH_S = 0.5
 """For so long an answer serves every browser [s]."""
@@ -61,10 +60,10 @@ NOTHING_LEARNED: Mapping[str, Any] = {"model": None, "changes": []}
 class Learner:
     """A learner on a bus; `state` may be called from any thread."""
 
-    def __init__(self, config: zenoh.Config, where: str, prefix: str, recordings: Recordings, axis: Axis = YAW) -> None:
+    def __init__(self, config: zenoh.Config, where: str, prefix: str, axis: Axis = YAW) -> None:
         self._axis = axis
         self.words = {key: words_of(axis).fill(text) for key, text in WORDS.items()}
-        self._config, self._where, self._keys, self._recordings = config, where, Keys(prefix), recordings
+        self._config, self._where, self._keys = config, where, Keys(prefix)
         self._session: zenoh.Session | None = None
         self._lock = threading.Lock()
         self._told: dict[str, Any] = {}
@@ -72,13 +71,18 @@ class Learner:
         self._answered: float | None = None  # when the learner did last
         self._drawn: tuple[str, int] | None = None
         self._parts: dict[str, Any] = {}
+        self._beside: dict[str, Learner] = {}  # by axis
 
-    def beside(self, prefix: str, axis: Axis) -> Learner:
-        """The learner of another axis of the vehicle, asked over the same session."""
-        other = Learner(self._config, self._where, prefix, self._recordings, axis)
-        with self._lock:
-            other._session = self._session
-        return other
+    def of_axis(self, axis: str | None) -> dict[str, Any]:
+        """The `state` of an axis of the vehicle that this learner's process learns too; else its own."""
+        own = self.state()
+        prefix = own.get("health", {}).get("axes", {}).get(axis, own["prefix"])
+        if axis not in self._beside and axis in AXES and prefix != own["prefix"]:
+            other = Learner(self._config, self._where, prefix, AXES[axis])
+            with self._lock:
+                other._session = self._session
+                self._beside.setdefault(axis, other)
+        return self._beside[axis].state() if axis in self._beside else own
 
     def close(self) -> None:
         with self._lock:
@@ -106,7 +110,6 @@ class Learner:
             "prefix": self._keys.prefix,
             "where": self._where,
             "version": version("incsvr"),
-            "recordings": self._recordings.listed(),
             "words": self.words,
         }
         try:

@@ -31,33 +31,19 @@ def main() -> int:
         return 1
     with TemporaryDirectory() as folder, ExitStack() as stack:
         bus, page = free_endpoint(), f"http://{free_endpoint().removeprefix('tcp/')}/"
-        archive = f"{folder}/archive"
         settings = ("--set", f"state={folder}/state", "--set", "learner.policy=weighted", "--set", "learner.gamma=30")
         for words in (
-            ("serve", "--listen", bus, "--archive", archive, *settings),
-            ("page", "--connect", bus, "--port", page.rpartition(":")[2].rstrip("/"), "--archive", archive),
+            ("serve", "--listen", bus, *settings),
+            ("page", "--connect", bus, "--port", page.rpartition(":")[2].rstrip("/")),
             ("simulate", "--connect", bus, "--speed", "40"),
         ):
             process = subprocess.Popen([sys.executable, "-m", "service.cli.command_line", *words])
             stack.callback(process.wait)
             stack.callback(process.terminate)
         _wait(page)
-        flags = (
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--hide-scrollbars",
-            f"--user-data-dir={folder}/browser",
-        )
-        command = [
-            browser,
-            *flags,
-            f"--window-size={SIZE}",
-            "--virtual-time-budget=1500",
-            f"--screenshot={picture}",
-            page,
-        ]
-        subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
+        flags = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--virtual-time-budget=1500")
+        command = [browser, *flags, f"--user-data-dir={folder}/browser", f"--window-size={SIZE}"]
+        subprocess.run([*command, f"--screenshot={picture}", page], check=True, stderr=subprocess.DEVNULL)
     return 0
 
 

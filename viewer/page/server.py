@@ -1,8 +1,5 @@
 """The page's HTTP server: GET of a few paths; nothing of the vehicle can be changed through it.
 
-Where it was started with `--identify`, a POST has the vehicle of one log identified, or stops that. A web site cannot
-send it: a browser asks before it sends the header MARK to another origin, and is not answered.
-
 Each client has a thread of its own, so that one that is slow or silent holds up no other. Beyond MAX_CLIENTS the one
 that has been silent longest is cut off.
 """
@@ -10,7 +7,6 @@ that has been silent longest is cut off.
 from __future__ import annotations
 
 import logging
-import os
 import socket
 import sys
 import threading
@@ -19,25 +15,17 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.metadata import version
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, unquote, urlsplit
 
 from service.wire.json_text import json_text
 from viewer.page.hosts import foreign
-from viewer.page.identification import RESULTS, Identification, Refused
 from viewer.page.learner import Learner
-from viewer.page.recordings import Recordings
-from viewer.page.vehicle_axes import VehicleAxes
 
 log = logging.getLogger(__name__)
 
 MAX_CLIENTS = 400
 """Connections at a time: a thread each, of some 50 kB. Twice the clients that a page was asked to bear."""
-MARK = "X-Incsvr-Page"
-"""The header of each POST of the page's own script."""
-HARMLESS = "sandbox allow-downloads; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
-"""Content security of a report, which holds names out of a log: it can run no script and load nothing."""
 MAX_SILENCE_S = 30.0
 """A client that sends or takes nothing for so long [s] is cut off."""
 SERVICE = {
@@ -60,18 +48,8 @@ class Handler(BaseHTTPRequestHandler):
     sys_version = ""
     timeout = MAX_SILENCE_S
 
-    def __init__(
-        self,
-        *args: Any,
-        axes: VehicleAxes,
-        title: str,
-        recordings: Recordings,
-        names: frozenset[str],
-        identification: Identification | None = None,
-        **more: Any,
-    ) -> None:
-        self._axes, self._title, self._recordings, self._names = axes, title, recordings, names
-        self._identification = identification
+    def __init__(self, *args: Any, learner: Learner, names: frozenset[str], **more: Any) -> None:
+        self._learner, self._names = learner, names
         super().__init__(*args, **more)
 
     def do_GET(self) -> None:
@@ -82,43 +60,11 @@ class Handler(BaseHTTPRequestHandler):
             self._send("text/html; charset=utf-8", files("viewer.page").joinpath("page.html").read_bytes())
         elif path == "/state.json":
             axis = parse_qs(urlsplit(self.path).query).get("axis", [None])[0]
-            self._send("application/json", json_text(self._axes.state(axis)).encode())
-        elif path == "/identify":
-            own = None if self._identification is None else self._identification.state()
-            self._send("application/json", json_text(own).encode())
+            self._send("application/json", json_text(self._learner.of_axis(axis)).encode())
         elif path == "/register_service":
-            self._send("application/json", json_text(SERVICE | {"name": self._title}).encode())
-        elif path.startswith("/recordings/"):
-            self._recording(path.removeprefix("/recordings/"))
-        elif path.startswith("/identify/"):
-            self._result(path.removeprefix("/identify/"))
+            self._send("application/json", json_text(SERVICE | {"name": self._learner.words["title"]}).encode())
         else:
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such page")
-
-    def do_POST(self) -> None:
-        if self._identification is None:
-            self.send_error(HTTPStatus.NOT_IMPLEMENTED, "this page was not started with --identify")
-            return
-        if not self._is_for_us():
-            return
-        origins = [urlsplit(origin).netloc for origin in self.headers.get_all("Origin", [])]
-        if MARK not in self.headers or foreign(origins, self._names) is not None:
-            self.send_error(HTTPStatus.FORBIDDEN, "only the page itself may ask for that")
-            return
-        asked = urlsplit(self.path)
-        if asked.path == "/identify/stop":
-            self._identification.stop()
-        elif asked.path == "/identify":
-            try:
-                self._identify(self._identification, parse_qs(asked.query))
-            except Refused as reason:
-                self.send_response(HTTPStatus.CONFLICT)
-                self._finish("application/json", json_text({"why": str(reason)}).encode())
-                return
-        else:
-            self.send_error(HTTPStatus.NOT_FOUND, "there is no such page")
-            return
-        self._send("application/json", json_text(self._identification.state()).encode())
 
     def _is_for_us(self) -> bool:
         """Whether the request calls us by a name of ours; else it is refused."""
@@ -130,67 +76,16 @@ class Handler(BaseHTTPRequestHandler):
             self.send_error(HTTPStatus.FORBIDDEN, explain=why_not)
         return host is None
 
-    def _identify(self, identification: Identification, asked: dict[str, list[str]]) -> None:
-        """Begins with a recording of the archive, or with the log that the request brings.
-
-        Raises:
-            Refused: it is not taken.
-        """
-        columns = asked.get("column", [])
-        if "recording" in asked:
-            name = asked["recording"][0]
-            file = self._recordings.opened(name)
-            if file is None:
-                raise Refused(f"there is no recording {name}")
-            with file:
-                identification.start(name, file, os.fstat(file.fileno()).st_size, columns)
-            return
-        length = self.headers.get("Content-Length", "")
-        size = int(length) if length.isascii() and length.isdigit() else 0
-        identification.start(asked.get("name", ["log"])[0], self.rfile, size, columns)
-
-    def _result(self, name: str) -> None:
-        found = None if self._identification is None else self._identification.result(name)
-        if found is None or self._identification is None:
-            self.send_error(HTTPStatus.NOT_FOUND, "there is no result yet")
-            return
-        self.send_response(HTTPStatus.OK)
-        self.send_header("Content-Security-Policy", HARMLESS)
-        self.send_header("X-Content-Type-Options", "nosniff")
-        kept = f"{self._identification.vehicle}{Path(name).suffix}"
-        how = "attachment" if urlsplit(self.path).query == "download" else "inline"
-        self.send_header("Content-Disposition", f'{how}; filename="{kept}"')
-        self._finish(RESULTS[name], found)
-
     def log_message(self, format: str, *args: Any) -> None:
         """Once a second and browser nobody wants to read that all is well."""
 
     def _send(self, kind: str, body: bytes) -> None:
         self.send_response(HTTPStatus.OK)
-        self._finish(kind, body)
-
-    def _finish(self, kind: str, body: bytes) -> None:
         self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(len(body)))
         self.send_header("Cache-Control", "no-store")
         self.end_headers()
         self.wfile.write(body)
-
-    def _recording(self, name: str) -> None:
-        file = self._recordings.opened(name)
-        if file is None:
-            self.send_error(HTTPStatus.NOT_FOUND, "there is no such recording")
-            return
-        with file:
-            size = os.fstat(file.fileno()).st_size  # one that is being written grows on: what is there now is sent
-            self.send_response(HTTPStatus.OK)
-            self.send_header("Content-Type", "application/octet-stream")
-            self.send_header("Content-Disposition", f'attachment; filename="{name}"')
-            self.send_header("Content-Length", str(size))
-            self.end_headers()
-            while size > 0 and (part := file.read(min(size, 1 << 20))):
-                self.wfile.write(part)
-                size -= len(part)
 
 
 class Server(ThreadingHTTPServer):
@@ -237,32 +132,16 @@ class Server(ThreadingHTTPServer):
             log.error("the page: a fault of this program: %s: %s", type(error).__name__, error)
 
 
-def server(
-    host: str,
-    port: int,
-    learner: Learner,
-    recordings: Recordings,
-    names: frozenset[str],
-    identification: Identification | None = None,
-) -> Server:
+def server(host: str, port: int, learner: Learner, names: frozenset[str]) -> Server:
     """A server that listens; `serve_forever` answers.
 
     Args:
         names: under which browsers may call it, beside addresses (`hosts.ours`).
-        identification: what a browser may ask for; None leaves the page without a POST.
 
     Raises:
         OSError: the port is taken.
     """
-    handler = partial(
-        Handler,
-        axes=VehicleAxes(learner),
-        title=learner.words["title"],
-        recordings=recordings,
-        names=names,
-        identification=identification,
-    )
-    return Server((host, port), handler)
+    return Server((host, port), partial(Handler, learner=learner, names=names))
 
 
 def _cut_off(client: socket.socket) -> None:

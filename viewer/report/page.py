@@ -12,22 +12,11 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing import Trace
 from incsvr.tracing.findings import Finding
-from incsvr.tracing.sentences import chance, headline, left_of_torque, limits, proof
+from incsvr.tracing.sentences import LABELS, chance, headline, left_of_torque, limits, proof
 from viewer.report.charts import damping_curves, free_runs, hint, residual_against, told_apart, torque_split
 from viewer.report.derivatives import Derivative, derivatives
 from viewer.report.figures import between, capital, number, rendered
 
-# The unit stands at the end of a parameter's name (CONTRACT, Section 5); the longest suffix wins.
-# The units are templates of AxisWords.
-SUFFIXES = (
-    ("_nm_per_rad", "{stiffness_unit}"),
-    ("_nm_per_s", "{effort_unit}/s"),
-    ("_kg_m2", "{inertia_unit}"),
-    ("_nm_s", "{effort_unit} s"),
-    ("_nm", "{effort_unit}"),
-    ("_rad", "rad"),
-    ("_s", "s"),
-)
 ERRORS = (
     ("torque_mae", "{effort}, mean absolute error", "{effort_unit}"),
     ("torque_rmse", "{effort}, root mean square error", "{effort_unit}"),
@@ -115,18 +104,11 @@ def _summary(trace: Trace, words: AxisWords) -> str:
 def _finding(finding: Finding, words: AxisWords) -> dict[str, Any]:
     rows = []
     for name, value in finding.parameters.items():
-        suffix, unit = next(((s, u) for s, u in SUFFIXES if name.endswith(s)), ("", ""))
+        label, unit = LABELS.get(name, (name.replace("_", " "), ""))
         low, high = finding.interval.get(name, (float("nan"), float("nan")))
-        plain = name.removesuffix(suffix).replace("_", " ")
         # a harmonic or a channel's mean is set, not fitted: it has no interval
-        rows.append(
-            (
-                plain,
-                number(value),
-                "set, not fitted" if low == high else f"{number(low)} to {number(high)}",
-                words.fill(unit),
-            )
-        )
+        doubt = "set, not fitted" if low == high else f"{number(low)} to {number(high)}"
+        rows.append((words.fill(label), number(value), doubt, words.fill(unit)))
     return {"finding": finding, "name": finding.effect.replace("_", " "), "rows": rows}
 
 

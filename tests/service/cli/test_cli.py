@@ -14,6 +14,7 @@ import pytest
 
 from service.cli import extras
 from service.cli.command_line import COMMANDS, main, whole_parser
+from service.cli.removed import REMOVED
 from tests.conftest import ROOT
 
 EXAMPLES = [(name, example) for name, (_, _, example) in COMMANDS.items()]
@@ -67,6 +68,7 @@ def test_the_help_of_every_command_ends_with_an_example_that_parses(
         ("fit", "incsvr fit: RECORDING is missing, as in `incsvr fit dive.csv"),
         ("fit x.csv --inertia", "incsvr fit: --inertia needs a value"),
         ("status now", "incsvr status: unexpected argument 'now'"),
+        *((f"{name} {flag}", f"incsvr {name}: there is no flag {flag} any more; ") for name, flag in REMOVED),
     ],
 )
 def test_what_is_wrong_is_one_sentence(said: object, line: str, sentence: str) -> None:

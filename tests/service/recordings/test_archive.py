@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 import zenoh
@@ -25,7 +23,6 @@ from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from simulator import leng
 from simulator.messages import Faults, messages
-from tests.conftest import ROOT
 from tests.service.conftest import PATIENCE, StartBench, configured
 from tests.service.learner.test_determinism import QUICK, without_boot
 from tests.service.state.test_full_disk import disk, fill
@@ -111,26 +108,6 @@ def test_what_went_out_is_in_it_with_the_configuration_and_other_tools_read_it(
     assert [without_boot(wire.decode(wire.ModelSnapshot, payload)) for payload in found] == served
     assert '"smoothing": 0.03' in told["config"]
     assert told["prefix"] == "leng/yaw"
-
-
-def test_the_layout_for_foxglove_shows_what_is_in_it(kept: tuple[Path, list[bytes]]) -> None:
-    folder, _ = kept
-    (file,) = archive_files(folder)
-    with file.open("rb") as stream:
-        last = {channel.topic: message.data for _, channel, message in make_reader(stream).iter_messages()}
-    layout = json.loads((ROOT / "deploy" / "foxglove.json").read_text(encoding="utf-8"))
-    panels = layout["configById"]
-    for panel in panels.values():
-        for shown in [path["value"] for path in panel.get("paths", ())] or [panel["topicPath"]]:
-            topic, _, field = shown.partition(".")
-            message = json.loads(last[topic])
-            assert not field or field in message, shown
-    assert sorted(_leaves(layout["layout"])) == sorted(panels)
-
-
-def _leaves(node: str | dict[str, Any]) -> list[str]:
-    """The panels of a layout, which is a panel or two nodes beside each other."""
-    return [node] if isinstance(node, str) else [*_leaves(node["first"]), *_leaves(node["second"])]
 
 
 def test_files_are_rotated_and_bounded_and_go_on_after_a_restart(tmp_path: Path) -> None:
