@@ -8,6 +8,8 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
+from service.cli.removed import REMOVED
+
 NUMBERS = {"int": "a whole number", "float": "a number"}
 """Words for the value of a flag, by the name of its argparse type."""
 
@@ -54,6 +56,8 @@ class Parser(argparse.ArgumentParser):
         return f"; `{self.prog} --help` lists all"
 
     def _no_flag(self, flag: str) -> str:
+        if sentence := REMOVED.get(f"{self.prog} {flag}"):
+            return sentence
         return f"there is no flag {flag}{meant(flag, self.flags) or self._all}"
 
     def _sentence(self, message: str) -> str:
@@ -64,6 +68,8 @@ class Parser(argparse.ArgumentParser):
         where = where.rpartition("/")[2]
         if found := re.fullmatch(r"invalid choice: '?(.*?)'?[ ,].*\(choose from (.*)\)", what):
             choices = [choice.strip(" '") for choice in found[2].split(",")]
+            if sentence := REMOVED.get(f"{self.prog} {where} {found[1]}"):
+                return sentence
             if where in ("COMMAND", "ACTION"):
                 return f"there is no command {found[1]}{meant(found[1], choices) or self._all}"
             return f"{where} takes {one_of(choices)}, not {found[1]}{meant(found[1], choices)}"
