@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 REMOVED = {
+    "incsvr keys --router": "--router was removed; make the keys of each vehicle at its own listener, or write the "
+    "access control of a shared router by Zenoh's documentation",
     "incsvr compare --from-learner": "--from-learner was removed; compare the logs of the dives (`serve --archive` "
     "records them), or stored tables of dives",
     "incsvr export --link": "--link was removed; replace base_link in the exported file",
