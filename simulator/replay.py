@@ -17,7 +17,7 @@ import zenoh
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.signals import REQUIRED
-from service.bus.session import BusRefusal, client_config, client_place, nobody_at, open_session, stop_event
+from service.bus.session import BusRefusal, client_config, nobody_at, open_session, stop_event
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.logs.cutting import Cut
@@ -116,7 +116,7 @@ def play_to_learner(
     except BadInput:
         if stop.is_set():  # told to stop while it waited: that needs no word
             return 1
-        raise BadInput(nobody_at(client_place(config.bus))) from None
+        raise BadInput(nobody_at(config.bus)) from None
     with session:
         return _play(args, session, config, learners, what, name, stop)
 

@@ -102,7 +102,7 @@ def bus_client(config: Config, patience_s: float, stop: threading.Event | None =
     except BusRefusal:
         raise
     except BadInput as error:
-        raise NoAnswer(nobody_at(where)) from error
+        raise NoAnswer(nobody_at(config.bus)) from error
     with session:
         yield Client(session, Keys(config.prefix), where, until, stop or threading.Event())
 

@@ -125,7 +125,7 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
         stop: ends the waiting.
 
     Raises:
-        BusRefusal: the endpoint is taken, or the credentials are refused; at once where the patience has an end.
+        BusRefusal: the endpoint is taken, or our certificate is not valid now; at once where the patience has an end.
         BadInput: nobody listens there.
     """
     zenoh.init_log_from_env_or("error")
@@ -157,9 +157,15 @@ class BusRefusal(BadInput):
     """The endpoint is in use, but no session can be opened."""
 
 
-def nobody_at(where: str) -> str:
+def nobody_at(bus: Bus) -> str:
     """The message of a client that finds no bus, with the cure."""
-    return f"no bus answers at {where}: start `incsvr serve`, or give its endpoint with --connect"
+    cure = "start `incsvr serve`, or give its endpoint with --connect"
+    if bus.zenoh_file is not None:
+        cure = (
+            "start `incsvr serve`; if it runs, use the files that `incsvr keys` made with its own, at the endpoint "
+            "that they name, and compare clocks and ends of the certificates on both machines (`incsvr config check`)"
+        )
+    return f"no bus answers at {client_place(bus)}: {cure}"
 
 
 def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
@@ -179,12 +185,9 @@ def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
         from service.bus.port_occupant import port_in_use
 
         return BusRefusal(port_in_use(endpoints(config, "listen"), tls))
-    if tls:
-        from service.bus.refusal import refusal
-
-        why_not = refusal(config)
-        if why_not is not None:
-            return BusRefusal(why_not)
+    refused = [each.sentence_now() for each in certificates(config) if each.refused_now]
+    if refused and refused[0] is not None:
+        return BusRefusal(refused[0])
     return BadInput(_first_line(error))
 
 

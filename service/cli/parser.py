@@ -81,10 +81,14 @@ class Parser(argparse.ArgumentParser):
     def _all(self) -> str:
         return f"; `{self.prog} --help` lists all"
 
-    def _no_flag(self, flag: str) -> str:
+    def _removed(self, flag: str) -> str | None:
+        """The sentence on a flag, or a flag and its value, that left."""
         instead = REMOVED.get((self.prog.rpartition(" ")[2], flag))
-        if instead is not None:
-            return f"there is no flag {flag} any more; {instead}"
+        return instead and f"{flag} was removed; {instead}"
+
+    def _no_flag(self, flag: str) -> str:
+        if sentence := self._removed(flag):
+            return sentence
         return f"there is no flag {flag}{meant(flag, self.flags) or self._all}"
 
     def _sentence(self, message: str) -> str:
@@ -95,6 +99,8 @@ class Parser(argparse.ArgumentParser):
         where = where.rpartition("/")[2]
         if found := re.fullmatch(r"invalid choice: '?(.*?)'?[ ,].*\(choose from (.*)\)", what):
             choices = [choice.strip(" '") for choice in found[2].split(",")]
+            if sentence := self._removed(f"{where} {found[1]}"):
+                return sentence
             if where in ("COMMAND", "ACTION"):
                 return f"there is no command {found[1]}{meant(found[1], choices) or self._all}"
             return f"{where} takes {one_of(choices)}, not {found[1]}{meant(found[1], choices)}"

@@ -1,4 +1,4 @@
-"""Flags that left: each is refused with one sentence that names what to do instead."""
+"""Flags, and values of flags, that left: each is refused with one sentence that names what to do instead."""
 
 from __future__ import annotations
 
@@ -10,5 +10,13 @@ REMOVED: Mapping[tuple[str, str], str] = {
     ("page", "--archive"): "the files of `incsvr serve --archive DIR` are in DIR",
     ("page", "--identify"): "use `incsvr identify LOG --report FILE.html`",
     **{("view", flag): LOG for flag in ("--inertia", "--preset", "--column", "--system", "--axis", "--from", "--to")},
+    ("keys", "--router"): "make the keys of each vehicle at its own listener, or write the access control of a shared "
+    "router by Zenoh's documentation",
+    ("compare", "--from-learner"): "compare the logs of the dives (`serve --archive` records them), or stored tables "
+    "of dives",
+    ("export", "--link"): "replace base_link in the exported file",
+    ("export", "--format uuv"): "take gazebo for gz-sim, or json and put its figures into a <hydrodynamic_model>",
+    ("export", "--format python-vehicle-simulator"): "take python, and call its acceleration in the dynamics of your "
+    "vehicle",
 }
-"""By command and flag."""
+"""By command, and flag or flag and value."""

@@ -19,7 +19,7 @@ from incsvr.vehicle.compare import Value
 from incsvr.vehicle.history import History
 from incsvr.vehicle.shown import Shown
 from service.cli.output import add_json_argument, emit, refuse_unwritable
-from service.commands import dive_table, learner_dives
+from service.commands import dive_table
 from service.commands.arguments import add_report_argument
 from service.commands.change_text import change_words, value_line
 from service.commands.identify import declared
@@ -39,17 +39,11 @@ MAX_LINES = 40
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "dives",
-        nargs="*",
+        nargs="+",
         type=Path,
         metavar="DIVE",
         help="logs of any format, compared in the order of their dates if all have one, else as given; or tables of "
         "dives, of one vehicle or of a fleet",
-    )
-    parser.add_argument(
-        "--from-learner",
-        action="store_true",
-        help="compare the dives that learners remember: DIVE is then a state directory of `serve` or a file in it "
-        "(default: the directory of the configuration)",
     )
     parser.add_argument("--name", default="vehicle", metavar="NAME", help="what the vehicle is called (vehicle)")
     parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
@@ -62,10 +56,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    if args.from_learner:
-        return _run_on_learners(args)
-    if not args.dives:
-        raise BadInput("give the logs of at least two dives, or --from-learner")
     if any(dive_table.is_dive_table(path) for path in args.dives):
         if args.table is not None:
             refuse_unwritable(args.table, "--table")
@@ -134,27 +124,6 @@ def _made_of(args: argparse.Namespace) -> dict[str, str]:
     return provenance(argparse.Namespace(recordings=args.dives, validate=[]))
 
 
-def _run_on_learners(args: argparse.Namespace) -> int:
-    """Compares the dives that learners remember."""
-    if args.report:
-        raise BadInput("--report needs the logs of one vehicle's dives; of learners, --table writes what was found")
-    if args.table is not None:
-        refuse_unwritable(args.table, "--table")
-    state = read_config(args.config).state
-    paths = args.dives or ([] if state is None else [state])
-    rows, left_out = learner_dives.read(paths)
-    found = learner_dives.history(rows).changes()
-    values = learner_dives.values(rows, found)
-    if args.table is not None:
-        dive_table.write_compared(args.table, dive_table.packages()[0].Table.from_pylist(rows), found)
-    judged = [
-        {**row, "reference": value.reference, "p_value": value.p_value, "changed": value.changed}
-        for row, value in zip(rows, values, strict=True)
-    ]
-    emit(args, {"rows": judged, "left_out": left_out}, learner_dives.text(rows, values, left_out))
-    return 0
-
-
 def _run_on_tables(args: argparse.Namespace) -> int:
     """Compares stored coefficients."""
     for path in args.dives:
@@ -162,7 +131,7 @@ def _run_on_tables(args: argparse.Namespace) -> int:
             raise BadInput(f"{path}: is no table of dives; compare either logs or tables of dives")
     if args.report:
         raise BadInput("--report needs the logs of one vehicle's dives; of tables, --table writes what was found")
-    table, history = dive_table.read(args.dives)
+    table, history = dive_table.read(args.dives, whole=args.table is not None)
     found = history.changes()
     if args.table is not None:
         dive_table.write_compared(args.table, table, found)

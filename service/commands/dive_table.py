@@ -1,4 +1,7 @@
-"""The table of dives: one row a dive, axis and coefficient, as Parquet, for any dataframe and for `incsvr compare`."""
+"""The table of dives: one row a dive, axis and coefficient, as Parquet, for any dataframe and for `incsvr compare`.
+
+Columns are texts, numbers and flags, without types of Arrow's own, so that DuckDB and every dataframe read the same.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,8 @@ def write(path: Path, compared: Comparison, vehicle: str) -> None:
     """Writes the rows of a comparison of one vehicle."""
     arrow, parquet = packages()
     about = {"vehicle": vehicle, "version": version("incsvr")}
-    parquet.write_table(arrow.Table.from_pylist([{**about, **row} for row in compared.rows()]), path)
+    table = arrow.Table.from_pylist([{**about, **row} for row in compared.rows()])
+    parquet.write_table(table, path, store_schema=False)
 
 
 def is_dive_table(path: Path) -> bool:
@@ -40,17 +44,20 @@ def is_dive_table(path: Path) -> bool:
         return False  # the reader of logs says what is wrong with it
 
 
-def read(paths: Sequence[Path]) -> tuple[Any, History]:
+def read(paths: Sequence[Path], whole: bool) -> tuple[Any, History]:
     """The rows of tables, one after the other, as an Arrow table and as a history.
+
+    Args:
+        whole: whether every column is wanted; else only those that a comparison needs.
 
     Raises:
         BadInput: a table is damaged, or its columns are of another kind.
     """
-    arrow, parquet = packages()
+    arrow, _ = packages()
     columns = [*TEXTS, "dive", *NUMBERS]
     try:
-        parts = [parquet.read_table(path, columns=columns, read_dictionary=[*TEXTS, "dive"]) for path in paths]
-        table = arrow.concat_tables(parts).unify_dictionaries().combine_chunks()
+        parts = [_part(path, None if whole else columns) for path in paths]
+        table = arrow.concat_tables(parts, promote_options="default").unify_dictionaries().combine_chunks()
         coded = [table.column(name).combine_chunks() for name in TEXTS]
         vehicle, axis, quantity = (column.indices.to_numpy(zero_copy_only=False).astype(np.int64) for column in coded)
         numbers = [table.column(name).to_numpy() for name in NUMBERS]
@@ -68,13 +75,24 @@ def read(paths: Sequence[Path]) -> tuple[Any, History]:
     return table, History(vehicle, axis, quantity, names, speed, estimate, error, freedom)
 
 
-def write_compared(path: Path, table: Any, found: Changes) -> None:
-    """Writes rows that were read, with what the test says of each."""
+def _part(path: Path, columns: Sequence[str] | None) -> Any:
+    """One table, its texts by their codes, which repeat."""
     arrow, parquet = packages()
-    for name in ("reference", "p_value", "changed"):
-        column = arrow.array(getattr(found, name), from_pandas=True)
-        table = table.append_column(name, column)
-    parquet.write_table(table, path)
+    texts = [field.name for field in parquet.read_schema(path) if arrow.types.is_string(field.type)]
+    return parquet.read_table(path, columns=columns, read_dictionary=texts)
+
+
+def write_compared(path: Path, table: Any, found: Changes) -> None:
+    """Writes rows that were read, with all their columns, and what the test says of each."""
+    arrow, parquet = packages()
+    judged = {
+        "reference": found.reference, "p_value": found.p_value, "changed": found.changed,
+        "smallest_change": found.smallest,
+    }  # fmt: skip
+    for name, values in judged.items():
+        column, place = arrow.array(values, from_pandas=True), table.schema.get_field_index(name)
+        table = table.append_column(name, column) if place < 0 else table.set_column(place, name, column)
+    parquet.write_table(table, path, store_schema=False)
 
 
 def packages() -> tuple[Any, Any]:

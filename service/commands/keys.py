@@ -21,7 +21,7 @@ from service.bus.session import client_settings, listener_settings
 from service.cli.output import add_json_argument, emit
 from service.config.core_yaml import quote
 from service.security.authority import VALIDITY_SPAN, Pair, authority, load, sign
-from service.security.roles import CLIENTS, LEARNER, ROLES, ROUTER, SHORE_ROLES, access_control, shared_access
+from service.security.roles import CLIENTS, LEARNER, ROLES, access_control
 from service.wire.json_text import json_text
 from service.wire.section import Prefix
 
@@ -38,40 +38,19 @@ class Place:
     used_in: Path
     endpoint: str
     prefixes: tuple[str, ...]
-    shared: bool = False
-    """Whether a router of its own listens, which several vehicles share."""
-
-    @property
-    def vehicles(self) -> dict[str, list[str]]:
-        """The prefixes of each vehicle at a shared router: a vehicle is called as its prefixes begin."""
-        named: dict[str, list[str]] = {}
-        for prefix in self.prefixes:
-            named.setdefault(prefix.split("/")[0], []).append(prefix)
-        return named
-
-    @property
-    def listener(self) -> str:
-        return ROUTER if self.shared else LEARNER
-
-    @property
-    def roles(self) -> tuple[str, ...]:
-        """All roles that have keys."""
-        return (ROUTER, *self.vehicles, *SHORE_ROLES) if self.shared else ROLES
-
-    def may(self, role: str) -> tuple[str, ...]:
-        """The rights of a role, in words."""
-        if self.shared and role in self.vehicles:
-            return (f"do everything below {' and '.join(self.vehicles[role])}",)
-        return CLIENTS.get(role, ("listen", "relay") if role == ROUTER else ("listen", "answer", "publish"))
-
-    def sentence(self, role: str) -> str:
-        if role == self.listener:
-            return "it listens and relays." if self.shared else "it listens, answers and publishes."
-        return f"it may {', '.join(self.may(role))}."
 
     def used(self, name: str) -> str:
         """The path of a file as a Zenoh file names it."""
         return str(self.used_in / name)
+
+
+def may(role: str) -> tuple[str, ...]:
+    """The rights of a role, in words."""
+    return CLIENTS.get(role, ("listen", "answer", "publish"))
+
+
+def sentence(role: str) -> str:
+    return "it listens, answers and publishes." if role == LEARNER else f"it may {', '.join(may(role))}."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -84,15 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--role", metavar="ROLE", action="append",
-        help=f"this role alone, with the existing authority; repeatable; of {', '.join(ROLES)}; with --router a "
-        f"vehicle, {ROUTER} or {' or '.join(SHORE_ROLES)}",
+        help=f"this role alone, with the existing authority; repeatable; of {', '.join(ROLES)}",
     )  # fmt: skip
-    parser.add_argument(
-        "--router",
-        action="store_true",
-        help="for a router that several vehicles share: each vehicle, named by the first part of its --prefix, "
-        "has its own keys, which allow its own prefix alone",
-    )
     parser.add_argument(
         "--listen", metavar="ENDPOINT", default=ENDPOINT, help=f"endpoint of the learner (default {ENDPOINT})"
     )
@@ -112,8 +84,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     prefixes = tuple(_prefix(text) for text in args.prefix or ["leng/yaw"])
     folder = args.folder.absolute()
-    place = Place(folder, (args.place or folder).absolute(), args.listen, prefixes, args.router)
-    _check_roles(place, args.role or ())
+    place = Place(folder, (args.place or folder).absolute(), args.listen, prefixes)
+    _check_roles(args.role or ())
     hosts = tuple(dict.fromkeys((_host(args.listen), *args.name, *LOOPBACK)))
     try:
         made = make(place, hosts, args.role, owner=args.owner, replace=args.replace)
@@ -126,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
         "prefixes": list(prefixes),
         "listen": place.endpoint,
         "hosts": list(hosts),
-        "roles": {role: {"zenoh_file": place.used(f"{role}.json5"), "may": list(place.may(role))} for role in made},
+        "roles": {role: {"zenoh_file": place.used(f"{role}.json5"), "may": list(may(role))} for role in made},
     }
     emit(args, result, _summary(place, made))
     return 0
@@ -140,7 +112,7 @@ def make(
     Raises:
         BadInput: something is there already, the authority is damaged, or the owner is not possible.
     """
-    roles = tuple(role for role in place.roles if only is None or role in only)
+    roles = tuple(role for role in ROLES if only is None or role in only)
     folder = place.folder
     there = (folder / "ca.pem").exists() or (folder / "ca.key").exists()
     if there and only is None and not replace:
@@ -159,7 +131,7 @@ def make(
         _write(folder / "ca.key", by.key_pem, SECRET)
         _write(folder / "ca.pem", by.certificate_pem, PUBLIC)
     for role in roles:
-        pair = sign(by, role, hosts, server=role == place.listener)
+        pair = sign(by, role, hosts, server=role == LEARNER)
         _write(folder / f"{role}.key", pair.key_pem, SECRET, owner)
         _write(folder / f"{role}.pem", pair.certificate_pem, PUBLIC)
         _write(folder / f"{role}.json5", zenoh_file(role, place).encode(), PUBLIC)
@@ -168,7 +140,7 @@ def make(
 
 def zenoh_file(role: str, place: Place) -> str:
     """The Zenoh configuration of a program in this role, as the text of a JSON5 file."""
-    of = "listen" if role == place.listener else "connect"
+    of = "listen" if role == LEARNER else "connect"
     tls = {
         "root_ca_certificate": place.used("ca.pem"),
         f"{of}_certificate": place.used(f"{role}.pem"),
@@ -176,14 +148,12 @@ def zenoh_file(role: str, place: Place) -> str:
         "enable_mtls": True,
         "verify_name_on_connect": True,
     }
-    settings = listener_settings(place.endpoint) if role == place.listener else client_settings(place.endpoint)
+    settings = listener_settings(place.endpoint) if role == LEARNER else client_settings(place.endpoint)
     # Only TLS: without this a plain TCP endpoint could be added by mistake.
     settings["transport"]["link"] |= {"protocols": ["tls"], "tls": tls}
-    if role == ROUTER:
-        settings["access_control"] = shared_access(place.vehicles)
-    elif role == LEARNER:
+    if role == LEARNER:
         settings["access_control"] = access_control(place.prefixes)
-    head = f"// The {role} of {', '.join(place.prefixes)}, made by `incsvr keys`: {place.sentence(role)}\n"
+    head = f"// The {role} of {', '.join(place.prefixes)}, made by `incsvr keys`: {sentence(role)}\n"
     return head + _short_lists(json_text(settings, indent=2)) + "\n"
 
 
@@ -192,14 +162,11 @@ def _short_lists(text: str) -> str:
     return re.sub(r"\[\s+([^][{}]+?)\s+\]", lambda found: f"[{re.sub(chr(10) + ' +', ' ', found[1])}]", text)
 
 
-def _check_roles(place: Place, only: Sequence[str]) -> None:
-    """Raises BadInput where a role is unknown, or a vehicle is called as something else is."""
-    taken = sorted({ROUTER, "ca", *ROLES} & set(place.vehicles)) if place.shared else []
-    if taken:
-        raise BadInput(f"--router: no vehicle may be called {taken[0]}; begin its --prefix with another name")
-    unknown = [role for role in only if role not in place.roles]
+def _check_roles(only: Sequence[str]) -> None:
+    """Raises BadInput where a role is unknown."""
+    unknown = [role for role in only if role not in ROLES]
     if unknown:
-        raise BadInput(f"--role {unknown[0]}: there is no such role; choose from {', '.join(place.roles)}")
+        raise BadInput(f"--role {unknown[0]}: there is no such role; choose from {', '.join(ROLES)}")
 
 
 def _authority(folder: Path) -> Pair:
@@ -259,22 +226,13 @@ def _summary(place: Place, roles: Sequence[str]) -> str:
     years = VALIDITY_SPAN.days // 365
     lines = [f"{place.folder}: keys for {', '.join(place.prefixes)} at {place.endpoint}, good for {years} years"]
     width = max(len(role) for role in roles)
-    lines += [f"  {role:{width}}  {place.sentence(role)}" for role in roles]
+    lines += [f"  {role:{width}}  {sentence(role)}" for role in roles]
     lines.append("Each role has a key (.key), a certificate (.pem) and a Zenoh file (.json5) that names both.")
     lines.append("Only its owner can read a key.")
-    if place.listener in roles and (place.folder / f"{place.listener}.key").stat().st_uid == 0:
-        lines[-1] = (
-            f"Only root can read the keys. A unit of another user needs --role {place.listener} --owner USER --replace."
-        )
+    if LEARNER in roles and (place.folder / f"{LEARNER}.key").stat().st_uid == 0:
+        lines[-1] = "Only root can read the keys. A unit of another user needs --role learner --owner USER --replace."
     if LEARNER in roles:
         lines.append(f"The learner:  incsvr serve --set bus.zenoh_file={place.used('learner.json5')}")
-    if ROUTER in roles:
-        lines.append(f"The router:   zenohd --config {place.used('router.json5')}")
-    lines += [
-        f"A vehicle:    incsvr serve --set prefix={prefixes[0]} --set bus.zenoh_file={place.used(f'{vehicle}.json5')}"
-        for vehicle, prefixes in list(place.vehicles.items())[:1]
-        if place.shared and vehicle in roles
-    ]
     clients = [role for role in roles if role in CLIENTS]
     if clients:
         lines.append(f"A client:     incsvr query 0.1 --set bus.zenoh_file={place.used(f'{clients[-1]}.json5')}")

@@ -1,146 +1,133 @@
-"""Elements of simulators' own files; a comment before an element names what it cannot contain.
+"""A vehicle as elements of Gazebo and of Stonefish. What an element cannot hold stands in a comment before it.
 
-Signs and names were read in each tool's documentation and source: gz-sim, systems/hydrodynamics/Hydrodynamics.hh and
-.cc (since its pull request 1888); UUV Simulator, uuv_gazebo_plugins/src/HydrodynamicModel.cc (HMFossen) and
-urdf/thruster_snippets.xacro; Stonefish, docs/actuators.rst and docs/bodies.rst. All of them count N_r and N_{r|r|} as
-hydrodynamic derivatives, negative where damping opposes.
+Signs and names were read in each tool's documentation and source: gz-sim, systems/hydrodynamics/Hydrodynamics.hh, .cc
+and HydrodynamicsUtils.hh; SDFormat, inertial.sdf; Stonefish, docs/bodies.rst and docs/actuators.rst. Both count
+hydrodynamic derivatives, negative where they oppose the motion. Stonefish counts ahead, to starboard and down, as SNAME
+does; Gazebo ahead, to port and up.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from xml.sax.saxutils import escape
+from collections.abc import Iterable, Sequence
 
-from incsvr.errors import BadInput
-from service.export.damping_model import DampingModel
-from service.export.fragment import fragment
+import numpy as np
 
-YAW = 5
-"""The place of yaw among surge, sway, heave, roll, pitch and yaw."""
+from incsvr.numerics import Array
+from incsvr.plant.axes import VELOCITIES
+from incsvr.plant.terms import RIGHTING, Term
+from incsvr.vehicle import Vehicle
+from service.export.remarks import STANDARD_GRAVITY, vehicle_remarks
+from service.export.rigid_body import RigidBody
+from service.export.template import filled
 
-
-def gazebo(model: DampingModel, link: str, dry: float | None) -> str:
-    """The Hydrodynamics plugin of gz-sim: <nR>, <nRabsR>, and <nDotR> where the dry inertia is known."""
-    said = [
-        "Axes that are not named here are 0 for this plugin: put the elements into the one that the vehicle has.",
-        "Before gz-sim 8 <nRabsR> is called <nRR>, and <nDotR> counts positive.",
-    ]
-    if dry is None:
-        said.append(
-            f"<izz> of the link takes all of I = {model.inertia.estimate:.6g} kg m^2, and <nDotR> stays away; to "
-            "part body and water, export with --dry-inertia"
-        )
-        added = []
-    else:
-        water = _added(model, dry)
-        said.append(
-            f"<izz> of the link is the dry {dry:.6g} kg m^2. Where the added inertia is large beside it, the plugin's "
-            f"explicit step may swing: take <nDotR> away then, set <disable_added_mass>, and give the link's "
-            f"<inertial> <fluid_added_mass><rr>{water:.6g}</rr></fluid_added_mass>"
-        )
-        added = [f"  <nDotR>{-water:.6g}</nDotR>"]
-    said += _thrust(model, "The Thruster plugin holds")
-    return fragment(
-        [*model.remark(), *said],
-        [
-            '<plugin filename="gz-sim-hydrodynamics-system" name="gz::sim::systems::Hydrodynamics">',
-            f"  <link_name>{escape(link)}</link_name>",
-            f"  <nR>{-model.linear.estimate:.6g}</nR>",
-            f"  <nRabsR>{-model.quadratic.estimate:.6g}</nRabsR>",
-            *added,
-            "</plugin>",
-        ],
-    )
+FORCES, SPEEDS, MASSES = "xyzkmn", "UVWPQR", "xyzpqr"
+"""Letters of SNAME in the elements of Gazebo's plugin, and those of an added mass in SDFormat."""
+TURNED = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
+"""The signs of ν between axes to starboard and down, and axes to port and up."""
 
 
-def uuv(model: DampingModel, link: str, dry: float | None) -> str:
-    """The model `fossen` of UUV Simulator: 36 elements of added mass, positive, and six of each damping."""
-    water = 0.0 if dry is None else _added(model, dry)
-    mass = [water if row == column == YAW else 0.0 for row in range(6) for column in range(6)]
-    said = ["Axes that were not learned are 0: put their own in their places."]
-    if dry is None:
-        said.append(
-            f"<izz> of the link takes all of I = {model.inertia.estimate:.6g} kg m^2, and yaw's added mass is 0; to "
-            "part body and water, export with --dry-inertia"
-        )
-    lag = model.of("torque_lag", "time_constant_s")
-    if lag is not None:
-        said.append(
-            "Into each yaw thruster's plugin: <dynamics><type>FirstOrder</type><timeConstant>"
-            f"{lag.estimate:.6g}</timeConstant></dynamics>"
-        )
-    said += _thrust(model, "The thruster's plugin holds", held=("torque_lag",))
-    return fragment(
-        [*model.remark(), *said],
-        [
-            f'<link name="{escape(link, {chr(34): "&quot;"})}">',
-            "  <hydrodynamic_model>",
-            "    <type>fossen</type>",
-            f"    <added_mass>{_list(mass)}</added_mass>",
-            f"    <linear_damping>{_list(_yaw(-model.linear.estimate))}</linear_damping>",
-            f"    <quadratic_damping>{_list(_yaw(-model.quadratic.estimate))}</quadratic_damping>",
-            "  </hydrodynamic_model>",
-            "</link>",
-        ],
-    )
+def gazebo(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]]:
+    """The link's <inertial> with its <fluid_added_mass>, and the Hydrodynamics plugin of gz-sim; and the remarks.
 
-
-def stonefish(model: DampingModel, across: tuple[float, float] | None) -> str:
-    """The elements of Stonefish: the body's inertia and the rotor's lag. It has no place for N_r: its drag comes of
-    the body's shape, with two numbers for each axis of translation.
-
-    Raises:
-        BadInput: there is nothing that it could hold.
+    Args:
+        flu: whether the vehicle file counts to port and up already.
     """
-    lag = model.of("torque_lag", "time_constant_s")
-    if across is None and lag is None:
-        raise BadInput(
-            "Stonefish makes its drag of the body's shape and has no place for N_r; of what was learned it holds the "
-            "inertia, with --inertia-xy IX IY beside it, and a thrust lag, which was not traced; export as json, and "
-            "apply the damping as a moment of your own"
-        )
-    said = [
-        "Stonefish makes its drag of the body's shape: it has no place for N_r and N_r|r|. Apply them as a moment of "
-        'your own; <hydrodynamics viscous_drag="0 0 0" quadratic_drag="0 0 0"/> takes the shape\'s own drag away, on '
-        "all axes."
+    sign = np.ones(6) if flu else TURNED
+    added = body.added * np.outer(sign, sign)
+    places = [(int(a), int(b)) for a, b in np.argwhere(added)]
+    remarks = [
+        *vehicle_remarks(vehicle, body, lambda term: _gazebo_name(term) is not None, flu),
+        "Axes are Gazebo's: ahead, to port, up. The link is called base_link here.",
+        "The added mass is in <fluid_added_mass> (SDFormat 1.10, gz-sim 8, the physics engine DART), with the Coriolis "
+        "forces that follow from it. The plugin's own stays switched off: it takes explicit steps, and its Coriolis "
+        "forces know the diagonal alone and, by its source, push the wrong way.",
+        "Before gz-sim 8 an element <xUabsU> is called <xUU>, and <xDotU> counts positive.",
+        *[f"Thrust lag of {axis}: {p.value:.4g} s; the Thruster plugin has none." for axis, p in vehicle.lags.items()],
     ]
-    elements = []
-    if across is not None:
-        said.append(
-            'The inertia holds the water about yaw: give the link physics="floating", which adds none, not "submerged".'
-        )
-        values = " ".join(f"{value:.6g}" for value in (*across, model.inertia.estimate))
-        elements.append(f'<inertia xyz="{values}"/>')
-    if lag is not None:
-        said.append("The rotor's dynamics go into each yaw thruster's <actuator>.")
-        elements += [
-            '<rotor_dynamics type="first_order">',
-            f'  <time_constant value="{lag.estimate:.6g}"/>',
-            "</rotor_dynamics>",
-        ]
-    said += _thrust(model, "<thrust_model> counts in a propeller's speed and holds", held=("torque_lag",))
-    return fragment([*model.remark(), *said], elements)
+    moments = [] if body.inertia is None else zip(("ixx", "iyy", "izz"), body.inertia.tolist(), strict=True)
+    inertia = _lines((name, value) for name, value in moments)
+    text = filled(
+        "gazebo",
+        remarks=_comment(remarks),
+        body=([] if body.mass is None else _lines([("mass", body.mass)]))
+        + (["  <inertia>", *(f"  {line}" for line in inertia), "  </inertia>"] if inertia else []),
+        water=[f"  {each}" for each in _lines((MASSES[a] + MASSES[b], added[a, b]) for a, b in places if a <= b)],
+        # The plugin's names are not symmetric: each entry of its matrix is read by itself.
+        own=_lines((f"{FORCES[a]}Dot{SPEEDS[b]}", -added[a, b]) for a, b in places),
+        terms=_lines(
+            (name, -p.value * _flips(term, sign))
+            for term, p in vehicle.terms.items()
+            if (name := _gazebo_name(term)) is not None
+        ),
+    )
+    return text, remarks
 
 
-def _added(model: DampingModel, dry: float) -> float:
-    """The water's part of the inertia [kg m²]."""
-    if not 0.0 < dry < model.inertia.estimate:
-        raise BadInput(
-            f"--dry-inertia {dry:g}: the body alone must have less than the {model.inertia.estimate:.6g} kg m² of "
-            "body and water together, and more than 0"
-        )
-    return model.inertia.estimate - dry
+def stonefish(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]]:
+    """The elements of Stonefish: mass, moments of inertia, centre of gravity and the rotors' lag; and the remarks."""
+    righting = [p.value for term, p in vehicle.terms.items() if term.kind == RIGHTING]
+    remarks = [
+        *vehicle_remarks(vehicle, body, lambda term: term.kind == RIGHTING, flu),
+        "Stonefish makes drag and added mass of the body's shape and has no place for identified ones. "
+        '<hydrodynamics viscous_drag="0 0 0" quadratic_drag="0 0 0"/> takes the drag of the shape away; apply the '
+        "coefficients as a force of your own.",
+        'With physics="floating" Stonefish adds no mass by the shape: the moments of inertia below include the water, '
+        "and <mass> is the body's alone, for there is one for three directions.",
+    ]
+    elements = [] if body.mass is None else [f'<mass value="{body.mass:.9g}"/>']
+    if body.inertia is not None:
+        whole = body.inertia + np.diag(body.added)[3:]
+        elements.append(f'<inertia xyz="{" ".join(f"{value:.9g}" for value in whole.tolist())}"/>')
+    if righting and body.mass is not None:
+        depth = float(np.mean(righting)) / (body.mass * STANDARD_GRAVITY)
+        elements.append(f'<cg xyz="0 0 {depth:.9g}" rpy="0 0 0"/>')
+    rotors = [
+        f'<!-- into the <actuator> of each thruster of {axis} -->\n<rotor_dynamics type="first_order">\n'
+        f'  <time_constant value="{p.value:.9g}"/>\n</rotor_dynamics>'
+        for axis, p in vehicle.lags.items()
+    ]
+    return filled("stonefish", remarks=_comment(remarks), body=elements, rotors=rotors), remarks
 
 
-def _thrust(model: DampingModel, holder: str, held: Sequence[str] = ()) -> list[str]:
-    """A line on the effects of the thrust that no element holds."""
-    rest = [effect.name for effect in model.effects if effect.name not in (*held, "inertia", "drag_drift", "drag_step")]
-    return [f"{holder} nothing of: {', '.join(rest)}."] if rest else []
+def _lines(elements: Iterable[tuple[str, float]]) -> list[str]:
+    """Elements with a number each."""
+    return [f"  <{name}>{value:.9g}</{name}>" for name, value in elements]
 
 
-def _yaw(value: float) -> list[float]:
-    return [value if axis == YAW else 0.0 for axis in range(6)]
+def _comment(remarks: Sequence[str]) -> list[str]:
+    """Lines of a comment, in which two hyphens may not stand, so that others take their place."""
+    return ["     " + line.replace("--", "\u2010\u2010") for line in remarks]
 
 
-def _list(values: Sequence[float]) -> str:
-    return " ".join(f"{value:.6g}" for value in values)
+def _gazebo_name(term: Term) -> str | None:
+    """The element of the plugin that holds a term; None where none does."""
+    force, own = FORCES[term.row], SPEEDS[term.row]
+    of = [SPEEDS[VELOCITIES.index(name)] for name in term.of if name in VELOCITIES]
+    match term.kind:
+        case "linear":
+            return force + own
+        case "quadratic":
+            return f"{force}{own}abs{own}"
+        case "cross":
+            return force + of[0]
+        case "cross_size":
+            return f"{force}{of[1]}abs{of[0]}"
+        case "product":
+            return force + of[0] + of[1]
+        case "square":
+            return force + 2 * of[0]
+        case _:
+            return None
+
+
+def _flips(term: Term, sign: Array) -> float:
+    """The sign of a term's coefficient in other axes: that of its force, and of each velocity whose sign counts."""
+    of = [VELOCITIES.index(name) for name in term.of if name in VELOCITIES]
+    match term.kind:
+        case "linear" | "quadratic":
+            of = [term.row]
+        case "cross_size":
+            of = of[1:]
+        case "square":
+            of = []
+    return float(sign[term.row] * np.prod(sign[of]))

@@ -30,9 +30,8 @@ from service.config.traced_effects import OperatorVerb, TracedEffects, configure
 from service.health.health_watch import HealthConditions, HealthWatch
 from service.host.answers import Answers
 from service.host.effect_switch import EffectSwitch
-from service.host.persist_then_publish import DIVES_KEY, PARAMETERS_KEY, PersistThenPublish
+from service.host.persist_then_publish import PARAMETERS_KEY, PersistThenPublish
 from service.host.thrust_words import pause_words, thrust_event, thrust_notice
-from service.learner.dives import Dives
 from service.learner.duplicate_learner import DuplicateLearner
 from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
@@ -73,9 +72,8 @@ class Host:
         self._publishers = Publishers(session, self.keys, self._archive)
         self.mapped = self._mapping(learners)
         self.led_by: MappedIngest | None = None  # what hears for it in another learner of its vehicle file
-        dives = Dives(config.vehicle, self._stored.get(DIVES_KEY, ()))
         self._persist_then_publish = PersistThenPublish(
-            config, self.node, self._store, self._history, self._publishers, self._live, self.mapped, dives
+            config, self.node, self._store, self._history, self._publishers, self._live, self.mapped
         )
         self._thrust_change: ThrustChange | None = None  # the last one
         self._switch: EffectSwitch | None = None

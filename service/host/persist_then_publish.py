@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,6 @@ from service import wire
 from service.bus.publishers import Publishers
 from service.cli.log_lines import iteration_line
 from service.config.configuration import Config
-from service.learner.dives import Dives
 from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import CommittedIteration
 from service.state.history import History
@@ -27,9 +25,6 @@ log = logging.getLogger(__name__)
 PARAMETERS_KEY = "parameters"
 """The key of the vehicle's parameters in the learner's memory: it may not tell them again after a restart."""
 
-DIVES_KEY = "dives"
-"""The key of a line for each dive in the learner's memory."""
-
 
 @dataclass(frozen=True, slots=True)
 class PersistThenPublish:
@@ -42,14 +37,11 @@ class PersistThenPublish:
     publishers: Publishers
     live: LiveTracing | None
     mapped: MappedIngest | None
-    dives: Dives
 
     def iteration(self, outcome: CommittedIteration) -> None:
         """An iteration that was adopted."""
         keys = wire.Keys(self.config.prefix)
         snapshot, report = wire.encode(outcome.snapshot), wire.encode(outcome.report)
-        served = self.node.served
-        self.dives.add(outcome.report, served.model, served.effects, time.time())
         row = (outcome.snapshot.revision, outcome.snapshot.t, snapshot, report)
         if self.store is None:
             self.history.add(*row)
@@ -80,8 +72,7 @@ class PersistThenPublish:
             log.error("%s: the last samples were not saved: %s", self.config.prefix, self.store.problem)
 
     def _memory(self, memory: dict[str, Any]) -> dict[str, Any]:
-        """The learner's memory, its dives, what the vehicle said of itself, and where live tracing stands."""
-        memory = memory | {DIVES_KEY: self.dives.to_list()}
+        """The learner's memory, what the vehicle said of itself, and where live tracing stands."""
         if self.mapped is not None:
             memory = memory | {PARAMETERS_KEY: self.mapped.parameters()}
         if self.live is None:

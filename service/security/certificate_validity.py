@@ -75,9 +75,9 @@ class Validity:
         return None
 
 
-def not_yet_valid(what: str, begins: datetime, now: datetime, where: str = "this machine") -> str:
+def not_yet_valid(what: str, begins: datetime, now: datetime) -> str:
     """A certificate that is not valid yet: by a clock that is wrong, or because it was made so."""
-    clock = f"the clock of {where} says {now:%Y-%m-%d %H:%M} UTC"
+    clock = f"the clock of this machine says {now:%Y-%m-%d %H:%M} UTC"
     cure = "`timedatectl set-ntp true`, or `date -s`"
     if now < EARLIEST_CLOCK:
         return f"{clock}, and {what} is valid from {begins:%Y-%m-%d} on: set the clock ({cure})"

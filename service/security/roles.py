@@ -6,11 +6,11 @@ to a client (egress). What no action names is denied. A role is the common name 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-LEARNER, ROUTER = "learner", "router"
+LEARNER = "learner"
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,42 +72,7 @@ CLIENTS: dict[str, tuple[str, ...]] = {
 ROLES = (LEARNER, *CLIENTS)
 
 
-SHORE_ROLES = ("viewer", "operator")
-"""The roles ashore, at a router that vehicles share: on each vehicle its own name is its role."""
-
-ALL_MESSAGES = (
-    "put", "delete", "query", "reply", "declare_subscriber", "declare_queryable", "liveliness_token",
-    "liveliness_query", "declare_liveliness_subscriber",
-)  # fmt: skip
-"""Messages of a vehicle at its own keys, to and from it."""
-
-
-def shared_access(vehicles: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """The section `access_control` of a router that vehicles share.
-
-    Args:
-        vehicles: of each, by the common name of its certificate, the prefixes below which it may do everything.
-    """
-    ashore = access_control([prefix for prefixes in vehicles.values() for prefix in prefixes], SHORE_ROLES)
-    own = [
-        {
-            "id": f"{vehicle}: its own keys",
-            "permission": "allow",
-            "flows": ["ingress", "egress"],
-            "messages": list(ALL_MESSAGES),
-            "key_exprs": [key for prefix in prefixes for key in (f"{prefix}/**", f"{prefix}/*/@adv/**")],
-        }
-        for vehicle, prefixes in vehicles.items()
-    ]
-    return ashore | {
-        "rules": ashore["rules"] + own,
-        "subjects": ashore["subjects"] + [{"id": name, "cert_common_names": [name]} for name in vehicles],
-        "policies": ashore["policies"]
-        + [{"subjects": [name], "rules": [rule["id"]]} for name, rule in zip(vehicles, own, strict=True)],
-    }
-
-
-def access_control(prefixes: Sequence[str], clients: Sequence[str] = tuple(CLIENTS)) -> dict[str, Any]:
+def access_control(prefixes: Sequence[str]) -> dict[str, Any]:
     """The section `access_control` of the learner's Zenoh file, for keys below these prefixes."""
     rules = []
     named: dict[str, list[str]] = {}
@@ -131,9 +96,9 @@ def access_control(prefixes: Sequence[str], clients: Sequence[str] = tuple(CLIEN
         "enabled": True,
         "default_permission": "deny",
         "rules": rules,
-        "subjects": [{"id": role, "cert_common_names": [role]} for role in clients],
+        "subjects": [{"id": role, "cert_common_names": [role]} for role in CLIENTS],
         "policies": [
-            {"subjects": [role], "rules": [name for action in CLIENTS[role] for name in named[action]]}
-            for role in clients
+            {"subjects": [role], "rules": [name for action in actions for name in named[action]]}
+            for role, actions in CLIENTS.items()
         ],
     }

@@ -10,7 +10,7 @@ import numpy as np
 from service import wire
 from service.commands.python_api import fit
 from service.commands.query import table
-from service.export.damping_model import of_file, of_snapshot
+from service.export.learned import of_file, of_snapshot
 from service.export.table import as_json
 from service.learner.damping_query import DampingQuery
 from service.learner.published import ServedModel, damping_reply, snapshot
@@ -33,8 +33,9 @@ def test_the_same_rate_asked_everywhere_gives_the_same_figures(tmp_path: Path) -
     reply = damping_reply(model, DampingQuery(tuple(rate)), 1, 1)
     answer = json.loads(wire.encode(reply))
     (tmp_path / "fit.json").write_text(json.dumps(told), encoding="utf-8")
-    exported = as_json(of_snapshot(served, "learner"))
-    for face in (told["curve"], answer, exported["curve"], as_json(of_file(tmp_path / "fit.json"))["curve"]):
+    exported = json.loads(as_json(of_snapshot(served, "learner")))
+    of_log = json.loads(as_json(of_file(tmp_path / "fit.json")))
+    for face in (told["curve"], answer, exported["curve"], of_log["curve"]):
         assert [face[name] for name in ("rate", "damping", "sigma", "doubt")] == expected
     earlier = json.loads(wire.encode(served))
     del earlier["noise"]

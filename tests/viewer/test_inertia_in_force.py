@@ -6,7 +6,7 @@ import pytest
 
 from service import wire
 from service.commands.status import text
-from service.export.damping_model import of_snapshot
+from service.export.learned import of_snapshot
 from service.export.table import as_csv
 from viewer.page.learner import curve
 

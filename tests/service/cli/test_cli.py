@@ -67,6 +67,7 @@ def test_the_help_of_every_command_ends_with_an_example_that_parses(
         ("table1 --seeds 1.5", "incsvr table1: --seeds takes a whole number, not 1.5"),
         ("fit", "incsvr fit: RECORDING is missing, as in `incsvr fit dive.csv"),
         ("fit x.csv --inertia", "incsvr fit: --inertia needs a value"),
+        ("compare --from-learner state", "incsvr compare: --from-learner was removed; compare the logs of the dives"),
         ("status now", "incsvr status: unexpected argument 'now'"),
         *((f"{name} {flag}", f"incsvr {name}: there is no flag {flag} any more; ") for name, flag in REMOVED),
     ],

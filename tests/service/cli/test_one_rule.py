@@ -18,7 +18,7 @@ from service.cli.parser import Parser
 from service.cli.terminal import spelt_controls
 from service.config.sources import read
 from service.config.traced_effects import read_effects
-from service.export.damping_model import of_file
+from service.export.learned import of_file
 from service.inputs.forms.decoding import Undecodable, decoder
 from service.inputs.forms.own import InvalidMeasurement, parse
 from service.learner.damping_query import parse_numbers

@@ -10,7 +10,6 @@ import sys
 import time
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from incsvr.tracing.model import TracedModel
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.export.command import in_format
-from service.export.damping_model import DampingModel, of_file
+from service.export.learned import Learned, of_file
 from service.recordings.recording_csv import write
 from simulator import leng
 from tests.service.conftest import PATIENCE
@@ -60,69 +59,43 @@ def elements(text: str) -> ET.Element:
     return ET.fromstring(f"<file>{text}</file>")
 
 
-def opposes(moment: Any, learned: DampingModel) -> None:
+def opposes(moment: Any, learned: Learned) -> None:
     """The moment about yaw of a tool is the damping that was learned, against the turn."""
-    rate = learned.curve.rate
-    assert np.array([moment(r) for r in rate]) == pytest.approx(-learned.curve.damping, abs=1e-4)
+    assert np.array([moment(r) for r in learned.rate]) == pytest.approx(-learned.damping, abs=1e-4)
 
 
 def test_gazebo_reads_derivatives(traced: Path) -> None:
     learned = of_file(traced)
-    text = in_format(learned, "gazebo", "base_link", dry=15.0)
-    (plugin,) = elements(text)
+    text, _ = in_format(learned, "gazebo", about_yaw=15.0)
+    inertial, plugin = elements(text)
     assert plugin.attrib == {"filename": "gz-sim-hydrodynamics-system", "name": "gz::sim::systems::Hydrodynamics"}
-    told = {child.tag: child.text for child in plugin}
-    assert told.keys() == {"link_name", "nR", "nRabsR", "nDotR"}
-    values = {name: float(value or "") for name, value in told.items() if name != "link_name"}
-    # As Hydrodynamics.cc has it: the wrench is −(Dmat ν) with Dmat = −nR − nRabsR |r|, and + Ma ν̇.
+    # As Hydrodynamics.cc has it: the wrench is −(Dmat ν) with Dmat = −nR − nRabsR |r|.
+    values = {name: float(plugin.findtext(name) or "") for name in ("nR", "nRabsR")}
     opposes(lambda r: -((-values["nR"] - values["nRabsR"] * abs(r)) * r), learned)
-    assert 15.0 - values["nDotR"] == pytest.approx(INERTIA)
-    assert "torque_lag, dead_zone, torque_asymmetry" in text
+    parts = [float(inertial.findtext(path) or "") for path in ("inertia/izz", "fluid_added_mass/rr")]
+    assert parts == pytest.approx([15.0, INERTIA - 15.0])
+    assert "dead_zone: half_width_nm = 0.6, which is not in this model" in text
+    assert "This format cannot hold: yaw reverse = 0.2" in text
 
 
-def test_uuv_simulator_reads_six_and_thirty_six_numbers(traced: Path) -> None:
-    learned = of_file(traced)
-    text = in_format(learned, "uuv", "rov/base_link", dry=15.0)
-    (link,) = elements(text)
-    model = link.find("hydrodynamic_model")
-    assert link.attrib == {"name": "rov/base_link"}
-    assert model is not None
-    assert model.findtext("type") == "fossen"
-    mass, linear, quadratic = (
-        [float(value) for value in (model.findtext(name) or "").split()]
-        for name in ("added_mass", "linear_damping", "quadratic_damping")
-    )
-    assert (len(mass), len(linear), len(quadratic)) == (36, 6, 6)
-    # As HydrodynamicModel.cc has it: D = −linear − quadratic |ν|, the moment is −D ν − Ma ν̇.
-    opposes(lambda r: -((-linear[5] - quadratic[5] * abs(r)) * r), learned)
-    assert 15.0 + mass[35] == pytest.approx(INERTIA)
-    assert sum(map(abs, mass)) == mass[35]
-    assert "<type>FirstOrder</type><timeConstant>0.3</timeConstant>" in text
+def test_python_moves_as_the_effects_say(traced: Path) -> None:
+    learned, module = of_file(traced), dict[str, Any]()
+    exec(in_format(learned, "python")[0], module)
+    opposes(lambda r: -module["damping"](np.array([0, 0, 0, 0, 0, r]), np.zeros(6), (0.0, 0.0))[5], learned)
+    push = np.array([0.0, 0.0, 0.0, 0.0, 0.0, -10.0])
+    assert module["acceleration"](np.zeros(6), push, (0.0, 0.0))[5] == pytest.approx(-8.0 / INERTIA)
+    assert module["THRUST_LAG_S"] == {5: 0.3}
 
 
 def test_stonefish_gets_what_it_can_hold_and_is_told_the_rest(traced: Path) -> None:
     learned = of_file(traced)
-    text = in_format(learned, "stonefish", "", across=(2.0, 21.0))
+    text = in_format(learned, "stonefish", across=(2.0, 21.0))[0]
     inertia, rotor = elements(text)
     assert inertia.attrib == {"xyz": "2 21 24"}
     assert rotor.attrib == {"type": "first_order"}
     assert rotor.find("time_constant") is not None
     assert float(rotor[0].attrib["value"]) == 0.3
-    assert "no place for N_r" in text
-    assert "dead_zone, torque_asymmetry" in text
-
-
-def test_python_vehicle_simulator_gets_a_module_that_its_vehicles_take(traced: Path) -> None:
-    learned = of_file(traced)
-    module: dict[str, Any] = {}
-    exec(in_format(learned, "python-vehicle-simulator", ""), module)
-    vehicle = SimpleNamespace(M=np.eye(6), Minv=np.eye(6), D=np.eye(6), T_n=1.0)
-    module["put_into"](vehicle)
-    # As its vehicles have it: tau_damp = −D ν, and what is quadratic beside it.
-    opposes(lambda r: -vehicle.D[5, 5] * r + module["quadratic_yaw_damping"](r), learned)
-    assert np.linalg.inv(vehicle.Minv)[5, 5] == pytest.approx(INERTIA)
-    assert vehicle.T_n == 0.3
-    assert (module["DEAD_BAND"], module["REVERSE_EFFICIENCY"], module["THRUST_DELAY"]) == (0.6, 0.8, None)
+    assert "This format cannot hold: yaw linear = 9 N m s/rad; yaw quadratic = 26" in text
 
 
 def test_tables_hold_figures_intervals_and_range(traced: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -170,9 +143,14 @@ def test_a_running_learner_and_its_state_tell_the_same(tmp_path: Path, capsys: p
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--format", "stonefish", "LAGLESS"], "has no place for N_r"),
-        (["--format", "gazebo", "--dry-inertia", "30", "TRACE"], "must have less than the 24 kg m²"),
-        (["--format", "uuv", "--dry-inertia", "-1", "TRACE"], "-1 is no moment of inertia"),
+        (
+            ["--format", "gazebo", "--dry-inertia", "30", "TRACE"],
+            "the body alone has 30 along yaw, and body and water together 24",
+        ),
+        (["--format", "gazebo", "--dry-inertia", "-1", "TRACE"], "-1 is no moment of inertia"),
+        (["--format", "uuv", "TRACE"], "--format uuv was removed; take gazebo"),
+        (["--format", "python-vehicle-simulator", "TRACE"], "was removed; take python"),
+        (["--link", "hull", "TRACE"], "replace base_link"),
         (["EMPTY"], "this contains no learned damping"),
         (["no_such.json"], "cannot be read"),
         (["FOLDER"], "there is no such state"),
@@ -182,11 +160,14 @@ def test_a_running_learner_and_its_state_tell_the_same(tmp_path: Path, capsys: p
 def test_what_cannot_be_exported_is_said(
     words: list[str], sentence: str, traced: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    lagless, empty = tmp_path / "lagless.json", tmp_path / "empty.json"
-    lagless.write_text(json.dumps(json.loads(traced.read_text()) | {"effects": []}))
+    empty = tmp_path / "empty.json"
     empty.write_text("{}")
-    places = {"TRACE": traced, "LAGLESS": lagless, "EMPTY": empty, "FOLDER": tmp_path}
-    assert main(["export", *(str(places.get(word, word)) for word in words)]) == 2
+    places = {"TRACE": traced, "EMPTY": empty, "FOLDER": tmp_path}
+    try:
+        status: object = main(["export", *(str(places.get(word, word)) for word in words)])
+    except SystemExit as ended:
+        status = ended.code
+    assert status == 2
     said = capsys.readouterr()
     assert sentence in said.err
     assert said.err.count("\n") == 1

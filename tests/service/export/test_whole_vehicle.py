@@ -17,7 +17,7 @@ from incsvr.plant.terms import Term, own_damping
 from incsvr.vehicle import Parameter, Vehicle
 from service.cli.command_line import main
 from service.config.vehicle_file import write_vehicle
-from service.export.whole_vehicle import python_module
+from service.export.python_module import python_module
 from simulator.six_degrees import NAMES
 
 STEP_S, STEPS = 0.05, 120
@@ -144,52 +144,6 @@ def test_gazebo_moves_as_the_vehicle_file(tmp_path: Path, turned: bool) -> None:
     assert number(plugin, "zDotW") == pytest.approx(-(28.0 - number(file, "inertial/mass")), abs=1e-6)
 
 
-def test_uuv_simulator_moves_as_the_vehicle_file(tmp_path: Path) -> None:
-    vehicle = vehicle_with({**CROSS, **AHEAD})
-    link = elements(exported(tmp_path, vehicle, "uuv")).find("link")
-    assert link is not None
-    model, mass, inertia = link.find("hydrodynamic_model"), link.find("inertial/mass"), link.find("inertial/inertia")
-    assert model is not None
-    assert mass is not None
-    assert inertia is not None
-
-    def matrix(name: str) -> Array:
-        return np.array([float(value) for value in (model.findtext(name) or "").split()])
-
-    added, linear, forward = (
-        matrix(name).reshape(6, 6) for name in ("added_mass", "linear_damping", "linear_damping_forward_speed")
-    )
-    body = np.diag([float(mass.attrib["value"])] * 3 + [float(inertia.attrib[name]) for name in ("ixx", "iyy", "izz")])
-
-    def acceleration(v: Array, effort: Array) -> Array:
-        # As HydrodynamicModel.cc has it, in axes to starboard and down: D = −DLin − u DLinForwardSpeed − DNonLin |ν|.
-        drag = -linear - v[0] * forward - np.diag(matrix("quadratic_damping") * np.abs(v))
-        coriolis = coriolis_matrix(added, v) @ v + coriolis_matrix(body, v) @ v
-        return np.asarray(np.linalg.solve(body + added, effort - drag @ v - coriolis))
-
-    agrees(acceleration, vehicle)
-
-
-def test_python_vehicle_simulator_moves_as_the_vehicle_file(tmp_path: Path) -> None:
-    lags = {"surge": 0.4}
-    others = {Term("surge", "inflow", ("surge",)): 0.2, Term("roll", "righting"): 4.0, Term("yaw", "reverse"): 0.3}
-    space = space_of(exported(tmp_path, vehicle_with({**CROSS, **OTHERS, **others}, lags), "python-vehicle-simulator"))
-    efforts = commands()
-    efforts[:12] = 0.0  # its rotors begin at rest
-    vehicle = space["Vehicle"](lambda t: efforts[min(int(t / STEP_S + 1e-9), STEPS - 1)])
-    # As lib/mainLoop.py has it.
-    parts, eta, nu, actual = 50, np.zeros(6), vehicle.nu, vehicle.u_actual
-    course = [nu]
-    for k in range(STEPS * parts):
-        nu, actual = vehicle.dynamics(eta, nu, actual, vehicle.stepInput(k * STEP_S / parts), STEP_S / parts)
-        eta[3:5] += STEP_S / parts * space["turning"](eta[3:5], nu)
-        if (k + 1) % parts == 0:
-            course.append(nu)
-    ours = space["free_run"](np.zeros(6), efforts, STEP_S)
-    assert len(vehicle.controls) == vehicle.dimU == 6
-    assert np.array(course) == pytest.approx(ours, abs=0.01 * np.abs(ours).max())
-
-
 def test_what_a_format_cannot_hold_stands_in_the_file_and_on_standard_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -198,7 +152,6 @@ def test_what_a_format_cannot_hold_stands_in_the_file_and_on_standard_error(
     doubted = replace(vehicle, terms={**vehicle.terms, Term("roll", "quadratic"): known(0.1, "not excited")})
     for name, sentences in (
         ("gazebo", ["surge inflow:surge = 0.2", "Thrust lag of yaw: 0.25 s"]),
-        ("uuv", ["surge inflow:surge = 0.2 s/m; heave square:sway", "<timeConstant>0.25</timeConstant>"]),
         ("stonefish", ["surge linear = 8 N s/m", "makes drag and added mass of the body's shape"]),
     ):
         text = exported(tmp_path, doubted, name)
@@ -235,13 +188,9 @@ def test_axes_that_were_not_identified_get_nothing_of_the_water(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (
-            ["--format", "gazebo", "--dry-mass", "20"],
-            "alone has 20 along surge, and body and water together 18",
-        ),
-        (["--format", "gazebo", "--dry-inertia", "0.2"], "--dry-inertia and --inertia-xy together"),
-        (["--format", "gazebo", "--dry-mass", "-1"], "-1 is no moment of inertia"),
-        (["--format", "csv"], "take json"),
+        (["--dry-mass", "20"], "the body alone has 20 along surge, and body and water together 18"),
+        (["--dry-inertia", "0.2"], "--dry-inertia and --inertia-xy together"),
+        (["--dry-mass", "-1"], "-1 is no moment of inertia"),
     ],
 )
 def test_a_body_that_cannot_be_is_refused(

@@ -27,7 +27,7 @@ from service import wire
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
 from service.export.command import in_format
-from service.export.damping_model import of_snapshot
+from service.export.learned import of_snapshot
 from service.host.host import Host
 from service.learner.estimates import estimate, forecast_reply
 from service.learner.feedforward_reply import feedforward_reply
@@ -141,7 +141,7 @@ def is_exported(outcome: Outcome) -> bool:
     """Whether the exported curve is the served one, with the effects in force."""
     snapshot = outcome.host.node.latest()
     assert snapshot is not None
-    exported = json.loads(in_format(of_snapshot(snapshot, "a test"), "json", "base_link", None, None))
+    exported = json.loads(in_format(of_snapshot(snapshot, "a test"), "json")[0])
     curve = np.array(snapshot.model().predict(exported["curve"]["rate"]).damping)
     effects = [str(effect["effect"]) for effect in snapshot.effects]
     return np.allclose(exported["curve"]["damping"], curve) and [e["effect"] for e in exported["effects"]] == effects

@@ -36,16 +36,18 @@ def vehicle_remarks(vehicle: Vehicle, body: RigidBody, holds: Callable[[Term], b
     found.append(
         f"The dives show only the sum of body and water. The body's part is {part}{cure}. The rest is added mass."
     )
+    if body.guessed:
+        found.append("The body's moments about the axes that are not identified are guesses.")
     return [*found, *_hydrostatics(vehicle, body, flu)]
 
 
 def doubts(vehicle: Vehicle) -> list[str]:
-    """The parameters that the dives do not show, and what else `incsvr identify` doubted, as sentences."""
+    """The parameters that the dives do not show, and what else is doubted, as sentences."""
     named = {f"{t.axis} {t.name}": p for t, p in vehicle.terms.items()}
     named |= {f"{a} inertia" if a == b else f"{a}-{b} inertia": p for (a, b), p in vehicle.mass.items()}
     unsure = [f"{name} ({p.origin})" for name, p in named.items() if p.origin in (UNKNOWN, BOUND_REACHED, ASSUMED)]
     found = [f"The dives do not show: {', '.join(unsure)}."] if unsure else []
-    return [*found, *(f"incsvr identify doubts: {each}." for each in vehicle.doubts)]
+    return [*found, *(f"Doubt: {each}." for each in vehicle.doubts)]
 
 
 def _hydrostatics(vehicle: Vehicle, body: RigidBody, flu: bool) -> list[str]:
