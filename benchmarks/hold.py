@@ -58,7 +58,8 @@ def kills(times: int, seed: int, state: Path) -> Record:
             served = subject.ask(KEYS.model, ModelSnapshot)
             lost += served is None or served.revision < newest  # one more may have been saved and not sent
             wrong += served is not None and served.revision == newest and not same(served, subject.published[newest])
-            missing, otherwise = subject.wrong_answers(range(max(newest - 9, 1), newest + 1))
+            received = sorted(subject.published)[-10:]  # one that was saved and not sent is in no client
+            missing, otherwise = subject.wrong_answers(each for each in received if each <= newest)
             lost, wrong = lost + missing, wrong + otherwise
         about = f"of {subject.newest} published revisions those unknown after the start; time until it is ready"
         return row("kill -9 at a random moment, and a start", times, lost, wrong + subject.twice, until, about)
