@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchmarks.tables import interval, page, table
 
 from benchmarks.study import MEASURED, begin, in_processes, options
-from benchmarks.tables import interval, page, table
 from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import AXES, EFFORTS
 from incsvr.vehicle import Identified, WholeMotion, identify, on_grid

@@ -15,8 +15,8 @@ from incsvr.signals.samples import Samples
 class Settings:
     """The settings of the learner. The numbers are the paper's: γ, C, ε as tuned in Section IV-B, the rest from III-C.
 
-    The policy is not: "weighted" (policies/weighted.py) averages noise, and is at most 3 % worse in any simulated row
-    of `python -m benchmarks.learner.policy`, better in 61 of 65.
+    The policy is not: "weighted" (policies/weighted.py) averages noise, and comes nearer to the truth in every scenario
+    of `python -m benchmarks.paper`.
 
     Attributes:
         gamma: kernel width γ [(rad/s)⁻²].

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.service.six_axes import vehicle_of
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import VELOCITIES
@@ -22,6 +21,7 @@ from service.recordings.recording import from_streams
 from service.recordings.recording_csv import read, write
 from simulator.six_degrees import BODIES, NAMES, swim
 from simulator.whole_vehicle import moved_by
+from tests.vehicle_of_body import vehicle_of
 
 BODY = BODIES["torpedo"](np.random.default_rng(71))
 VEHICLE = vehicle_of(BODY, (1.1, 0.5, 0.0, 0.0, 0.0, 0.5))
