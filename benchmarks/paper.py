@@ -119,7 +119,7 @@ def examine(case: tuple[str, int]) -> Record:
                     curve = state.model.predict(RATES)
                     off = curve.damping - scenario.truth(RATES, np.array([first + settings.batch - 1.0]))
                     errors.append(root_mean_square(off))
-                    curves.append(np.abs(off) <= SIGMAS_OF_95 * curve.curve_sigma)
+                    curves.append(np.abs(off) <= SIGMAS_OF_95 * curve.doubt)
             found[policy] = {"since": float(np.mean(errors)), "end": float(np.mean(errors[-4:])),
                              "truth": float(np.mean(curves)), "samples": float(np.mean(unseen))}  # fmt: skip
         data = Data(samples.take(slice(-FITTED, None)), *(np.empty(0),) * 3)

@@ -20,11 +20,11 @@ from pathlib import Path
 import numpy as np
 import psutil
 import zenoh
-from incsvr.vehicle.terms import own_damping, restoring
 
 from benchmarks.learner_process import PATIENCE_S, partner, process
 from benchmarks.study import Record, run, table
 from incsvr.plant.axes import AXES
+from incsvr.plant.terms import own_damping, restoring
 from incsvr.vehicle import Parameter, Vehicle
 from service.bus.session import answer, client_config_at, free_endpoint, open_session
 from service.config.vehicle_file import write_vehicle

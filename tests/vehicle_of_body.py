@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from incsvr.vehicle.terms import own_damping, restoring
 
+from incsvr.plant.terms import own_damping, restoring
 from incsvr.vehicle import Parameter, Vehicle
 from simulator.six_degrees import NAMES, Body
 
