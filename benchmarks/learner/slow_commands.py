@@ -15,6 +15,7 @@ import numpy as np
 from benchmarks.study import begin, options, publish
 from benchmarks.tables import page, table
 from incsvr.signals.settings import MEASURED, TorqueKind
+from service.commands.fit_alternatives import AS_GIVEN
 from service.commands.fit_result import Fit
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import RATE_LIMIT
@@ -43,7 +44,7 @@ def _row(every: float, seeds: range, torque: TorqueKind | None) -> list[str]:
 def examine(recording: Recording, torque: TorqueKind | None) -> tuple[list[list[float]], bool]:
     """The error at each of RATES on both sides [%], and whether a remark says that the curve may be off."""
     signals = signals_for([recording], slow_commands.INERTIA, RATE_LIMIT, torque)
-    fit = Fit.of([recording], [], signals, None)
+    fit = Fit.of([recording], [], signals, None, {"policy": "paper"}, by_person=AS_GIVEN)
     both = np.array([[-rate, rate] for rate in RATES])
     served = fit.iterations[-1].model.predict(both.ravel()).damping.reshape(both.shape)
     off = 100.0 * (served / slow_commands.damping(both) - 1.0)

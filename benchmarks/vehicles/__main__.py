@@ -32,6 +32,7 @@ from incsvr.plant.mass_and_coriolis import products
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.thresholds import HORIZON_SCALES
+from service.commands.fit_alternatives import AS_GIVEN
 from service.commands.fit_result import Fit
 from service.commands.trace import trace_recordings
 from service.recordings.recording import sequence
@@ -66,7 +67,7 @@ def _process(given: Material) -> Motion:
 
 def _learner(given: Material) -> Motion:
     signals = signals_for(given.fitted, given.inertia, given.axis.fastest)
-    model = Fit.of(given.fitted, (), signals, None).iterations[-1].model
+    model = Fit.of(given.fitted, (), signals, None, {"policy": "paper"}, by_person=AS_GIVEN).iterations[-1].model
     return given.curve(lambda rate: model.predict(rate).damping)
 
 
@@ -75,7 +76,11 @@ def _learner_in_body(given: Material) -> Motion:
     coupled = given.coupled
     assert coupled is not None
     signals = signals_for(given.fitted, given.inertia, given.axis.fastest)
-    model = Fit.of(given.fitted, (), signals, None, coupled=coupled).iterations[-1].model
+    model = (
+        Fit.of(given.fitted, (), signals, None, {"policy": "paper"}, coupled=coupled, by_person=AS_GIVEN)
+        .iterations[-1]
+        .model
+    )
     weights = products(coupled.mass, VELOCITIES.index(given.axis.rate))
     terms = [
         Term(f"coriolis:{VELOCITIES[a]}*{VELOCITIES[b]}", "", (float(weights[a, b]),))
