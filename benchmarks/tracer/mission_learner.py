@@ -12,6 +12,7 @@ from benchmarks.tables import SIGMAS_OF_95, counted, grouped, table
 from benchmarks.tracer.mission_cases import IDLE_KINDS, circumstance
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
+from service.commands.fit_alternatives import AS_GIVEN
 from service.commands.fit_result import Fit
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
@@ -41,7 +42,7 @@ def examine(outcome: Outcome) -> list[Record]:
 def _fit(outcome: Outcome, policy: str) -> Record:
     signals = signals_for([outcome.recording], outcome.inertia, RATE_LIMIT)
     try:
-        fit = Fit.of([outcome.recording], [], signals, None, {"policy": policy})
+        fit = Fit.of([outcome.recording], [], signals, None, {"policy": policy}, by_person=AS_GIVEN)
     except BadInput as refusal:
         return {"refused": str(refusal)}
     except Exception as error:  # a crash is a result too, and the other missions go on

@@ -23,6 +23,8 @@ MIN_GAIN_SHARE = 0.03
 """Part of the free run's error by which it must fall before other settings are better: less is chance."""
 SMOOTHING, TORQUE_KIND = "smoothing", "torque"
 """The signal settings of which alternatives are tried, by their names in the configuration."""
+AS_GIVEN = frozenset((SMOOTHING, TORQUE_KIND))
+"""All of them, where none is to be replaced."""
 
 
 @dataclass(frozen=True, slots=True)
