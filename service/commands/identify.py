@@ -15,6 +15,7 @@ from incsvr.vehicle.identify import STEPS
 from service.cli.output import add_json_argument, emit, refuse_replacing, writing
 from service.cli.progress import progress
 from service.commands.arguments import add_report_argument
+from service.commands.identify_refusals import refuse_runaway, refuse_stuck
 from service.commands.identify_text import text
 from service.commands.other_velocities import MASS_MATRIX_HELP
 from service.commands.report_head import REPORT_WRITER, provenance
@@ -91,6 +92,8 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
             advance(step)
 
         found = identify(motion, test, declared(args.mass_matrix), args.name, begins=begins)
+    refuse_stuck(runs, found.vehicle)
+    refuse_runaway(motion, found.vehicle)
     if args.write is not None:
         with writing(args.write, "--vehicle"):
             write_vehicle(args.write, found.vehicle)
