@@ -15,9 +15,9 @@ from incsvr.numerics import Array
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from simulator import leng
-from simulator.effects import Physics
-from simulator.effects.physics import ThrustMap
 from simulator.trial_command import Command, command
+from simulator.trial_effects import Physics
+from simulator.trial_effects.physics import ThrustMap
 from simulator.trial_vehicle import STEP, move
 from simulator.underway import SCALE, inflow, recorded, water
 

@@ -15,10 +15,10 @@ from typing import Literal
 import numpy as np
 
 from service.recordings.recording import Recording, Streams, from_streams
-from simulator.effects import Circumstances, Physics, Scale, Truth, named
-from simulator.effects.physics import Array
 from simulator.trial_channels import CHANNELS, channel, frequency, sensor_noise
 from simulator.trial_command import command
+from simulator.trial_effects import Circumstances, Physics, Scale, Truth, named
+from simulator.trial_effects.physics import Array
 from simulator.trial_sensors import PERIOD, Noise, Recorder
 from simulator.trial_vehicle import DRAGS, SCALES, STEP, Gyro, Motion, drag, move
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.effects.physics import Array
+from simulator.trial_effects.physics import Array
 
 # centre, deviation, correlation time in the vehicle's I r/τ, recorder's frequency [Hz], sensor noise in deviations
 _WANDERING = {

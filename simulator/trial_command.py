@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.effects import Scale
-from simulator.effects.physics import Array
 from simulator.noise import lasting_noise
+from simulator.trial_effects import Scale
+from simulator.trial_effects.physics import Array
 
 EXCITATIONS = ("sine", "multisine", "telegraph", "steps", "chirp", "closed_loop")
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.effects import Scale
-from simulator.effects.physics import Array
 from simulator.noise import lasting_noise
+from simulator.trial_effects import Scale
+from simulator.trial_effects.physics import Array
 from simulator.trial_vehicle import STEP, Gyro, Motion
 
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.effects import Physics, Scale
-from simulator.effects.physics import Array
 from simulator.trial_command import Command
+from simulator.trial_effects import Physics, Scale
+from simulator.trial_effects.physics import Array
 
 STEP = 0.025
 """[s] of integration; a tick is half of it. The fastest vehicle's eigenvalue times this is below 0.4."""

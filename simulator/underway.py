@@ -18,8 +18,8 @@ from incsvr.plant import thruster_torque
 from incsvr.signals import TORQUE, YAW_RATE
 from service.recordings.recording import Recording, from_streams
 from simulator import leng
-from simulator.effects import Circumstances, Physics, Scale, Truth, named
 from simulator.trial_command import Command, command
+from simulator.trial_effects import Circumstances, Physics, Scale, Truth, named
 from simulator.trial_vehicle import STEP, Motion, Onset, move
 
 EFFECTS = ("dead_zone", "torque_asymmetry", "torque_saturation", "bias_torque", "inertia")

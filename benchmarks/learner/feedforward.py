@@ -24,7 +24,6 @@ from incsvr.tracing import trace
 from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learn, learner_for, samples_of, signals_for
-from simulator.effects import Circumstances, Physics
 from simulator.missions.hidden import DRAG_GROWTH, hide
 from simulator.missions.mission import COMPASS_NOISE, GYRO_NOISE, WATER
 from simulator.missions.motion import Motion, sail
@@ -32,6 +31,7 @@ from simulator.missions.plans import Plan
 from simulator.missions.vehicles import VEHICLES, Vehicle
 from simulator.noise import lasting_noise
 from simulator.trial_command import command
+from simulator.trial_effects import Circumstances, Physics
 from simulator.trial_vehicle import STEP
 
 CASES = (

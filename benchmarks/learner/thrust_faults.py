@@ -27,9 +27,9 @@ from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.recording_csv import read as read_recording
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from simulator import leng
-from simulator.effects import Physics
 from simulator.missions import Mission, play
 from simulator.steered import leng_log
+from simulator.trial_effects import Physics
 from simulator.trial_vehicle import STEP
 
 VEHICLES = ("rov", "auv")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulator.effects import EFFECTS
 from simulator.trial import Trial
 from simulator.trial_command import EXCITATIONS
+from simulator.trial_effects import EFFECTS
 from simulator.trial_vehicle import SCALES
 
 GROUPS = {

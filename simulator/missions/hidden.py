@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from simulator.effects import Circumstances, Physics, Truth, named
-from simulator.effects.hull import with_growing_drag, with_other_drag
-from simulator.effects.moments import with_moment
-from simulator.effects.thrusters import with_dead_zone, with_limit, with_weak_reverse
 from simulator.missions.vehicles import Vehicle
+from simulator.trial_effects import Circumstances, Physics, Truth, named
+from simulator.trial_effects.hull import with_growing_drag, with_other_drag
+from simulator.trial_effects.moments import with_moment
+from simulator.trial_effects.thrusters import with_dead_zone, with_limit, with_weak_reverse
 
 LAG, DELAY = 0.35, 0.175
 """Time constant and delay, times the bandwidth of the heading control."""

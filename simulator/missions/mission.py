@@ -16,13 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.recordings.recording import Recording, Streams, from_streams
-from simulator.effects import Circumstances, Physics, Truth
-from simulator.effects.physics import Array
 from simulator.missions.hidden import hide
 from simulator.missions.motion import Motion, sail
 from simulator.missions.plans import PLANS, plan
 from simulator.missions.vehicles import VEHICLES, Vehicle
 from simulator.noise import lasting_noise
+from simulator.trial_effects import Circumstances, Physics, Truth
+from simulator.trial_effects.physics import Array
 from simulator.trial_vehicle import STEP, Onset
 
 KINDS = tuple(PLANS)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.effects import Physics
-from simulator.effects.physics import Array
 from simulator.missions.autopilot import Autopilot
 from simulator.missions.plans import Plan
 from simulator.missions.vehicles import Vehicle
+from simulator.trial_effects import Physics
+from simulator.trial_effects.physics import Array
 from simulator.trial_vehicle import STEP, Onset, response, step_on
 
 

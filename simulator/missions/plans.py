@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.effects.physics import Array
 from simulator.missions.vehicles import Vehicle
+from simulator.trial_effects.physics import Array
 
 DAMPING_RATIO = 0.9
 """Damping ratio of a well-tuned heading control."""

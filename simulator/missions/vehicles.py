@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from simulator import leng
-from simulator.effects import Scale
+from simulator.trial_effects import Scale
 
 STILL = 1e-6
 """A rate at which every drag is linear [rad/s]."""

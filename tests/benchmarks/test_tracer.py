@@ -26,11 +26,11 @@ from benchmarks.tracer.judge import judge
 from benchmarks.tracer.mission_cases import HIDDEN, OTHER_LOGS, USUAL_LOGS, circumstance, hidden, quiet
 from benchmarks.tracer.trace_cases import AUTOCORRELATIONS, GROUPS, KINDS, case
 from incsvr.learning.model import Model
-from simulator.effects import EFFECTS
 from simulator.missions import FULL_SIZE, VEHICLES, Mission, Outcome, play
 from simulator.missions import KINDS as MISSIONS
 from simulator.trial import Trial
 from simulator.trial_command import EXCITATIONS
+from simulator.trial_effects import EFFECTS
 
 
 @pytest.fixture(scope="module")

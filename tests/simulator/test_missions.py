@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from simulator.effects.physics import Array
 from simulator.missions import GYRO_NOISE, VEHICLES, Mission, Outcome, play
+from simulator.trial_effects.physics import Array
 from simulator.trial_vehicle import STEP
 
 SHORT = 300.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simulator.effects import Physics
-from simulator.effects.physics import Array
 from simulator.trial import Trial, play
 from simulator.trial_command import EXCITATIONS, Command
+from simulator.trial_effects import Physics
+from simulator.trial_effects.physics import Array
 from simulator.trial_vehicle import DRAGS, SCALES, STEP, Motion, drag, move
 
 LENG = SCALES["leng"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simulator.effects import Physics
 from simulator.trial import NOISE, Trial, play
 from simulator.trial_command import Command
+from simulator.trial_effects import Physics
 from simulator.trial_sensors import PERIOD, Noise
 from simulator.trial_vehicle import SCALES, STEP, Gyro, move
 

@@ -12,13 +12,13 @@ import pytest
 from incsvr.numerics import Array
 from service.recordings.recording import Recording
 from simulator import missions, second, trial
-from simulator.effects import EFFECTS, Circumstances, Physics, named
 from simulator.missions import FULL_SIZE, KINDS, Mission
 from simulator.second import COMMANDS, Case
 from simulator.second.play import chance, water
 from simulator.trial import Trial
 from simulator.trial_channels import CHANNELS, channel
 from simulator.trial_command import EXCITATIONS, Command
+from simulator.trial_effects import EFFECTS, Circumstances, Physics, named
 from simulator.trial_vehicle import SCALES, STEP, move
 from tests.simulator.textbook import Ride, moment
 

@@ -18,8 +18,8 @@ from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
-from simulator.effects import Physics
 from simulator.missions import Mission, play
+from simulator.trial_effects import Physics
 from simulator.trial_vehicle import STEP
 from tests.service.conftest import PATIENCE, StartBench, cut
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from simulator.effects.physics import Circumstances, Physics, ThrustMap, Truth
+from simulator.trial_effects.physics import Circumstances, Physics, ThrustMap, Truth
 
 
 def with_dead_zone(physics: Physics, half: float) -> Physics:

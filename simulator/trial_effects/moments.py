@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulator.effects.physics import Circumstances, Moment, Physics, Truth
+from simulator.trial_effects.physics import Circumstances, Moment, Physics, Truth
 
 
 def with_moment(physics: Physics, moment: Moment) -> Physics:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulator.effects.physics import Array, Circumstances, Physics, Truth
+from simulator.trial_effects.physics import Array, Circumstances, Physics, Truth
 
 
 def with_growing_drag(physics: Physics, here: Circumstances, fraction: float) -> Physics:

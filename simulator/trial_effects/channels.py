@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulator.effects.physics import Circumstances, Effect, Physics, Truth
+from simulator.trial_effects.physics import Circumstances, Effect, Physics, Truth
 
 
 def coupling(channel: str) -> Effect:

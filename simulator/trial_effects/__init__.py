@@ -8,8 +8,8 @@ the channel's name behind a colon.
 
 from __future__ import annotations
 
-from simulator.effects import channels, hull, moments, thrusters
-from simulator.effects.physics import Circumstances, Effect, Physics, Scale, Truth
+from simulator.trial_effects import channels, hull, moments, thrusters
+from simulator.trial_effects.physics import Circumstances, Effect, Physics, Scale, Truth
 
 EFFECTS: dict[str, Effect] = {
     "bias_torque": moments.bias_torque,
