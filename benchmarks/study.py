@@ -1,9 +1,20 @@
-"""What every study does: its options, its processes, where and when it was measured, its page."""
+"""What every study does: options, cases in processes, where and when it was measured, its page for people and programs.
+
+A study is a module with three functions and one call:
+
+    def cases(asked): ...      # the cases that the options ask for
+    def examine(case): ...     # one case, in a process of its own; gives what JSON can hold
+    def report(results): ...   # the parts of the page: sentences and tables
+
+    if __name__ == "__main__":
+        run("name", __doc__, cases, examine, report, seeds=(20, "voyages"), first_seed=(0, "of them"))
+"""
 
 from __future__ import annotations
 
 import argparse
 import importlib.metadata
+import math
 import multiprocessing
 import os
 import platform
@@ -11,11 +22,13 @@ import shlex
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
+
+import numpy as np
 
 from service.cli.progress import progress
 from service.wire.json_text import json_text
@@ -23,47 +36,70 @@ from service.wire.json_text import json_text
 RESULTS = Path(__file__).parent / "results"
 """Where the pages of the published results are."""
 MEASURED = Path(__file__).parents[2] / "shared" / "measured"
-"""The recordings of measured vehicles carry no licence, so that they stand beside the project and not in it."""
-CORES = os.cpu_count() or 1
+"""The recordings of measured vehicles carry no licence, so they are beside the project and not in it."""
+SIGMAS_OF_95 = 1.96
+"""Half width of a band of 95 %, in standard deviations."""
 
 Record = dict[str, Any]
 Case = TypeVar("Case")
 Result = TypeVar("Result")
 
 
-def options(module: str, about: str, /, **numbers: tuple[int | float, str]) -> argparse.ArgumentParser:
-    """The options of a study: numbers of its own, and the folder of its page.
+def run(
+    name: str,
+    about: str | None,
+    cases: Callable[[argparse.Namespace], Sequence[Case]],
+    examine: Callable[[Case], Result],
+    report: Callable[[Sequence[Result]], Iterable[str]],
+    words: Sequence[str] | None = None,
+    packages: Sequence[str] = (),
+    **numbers: tuple[int | float | str, str],
+) -> None:
+    """Runs a study, prints its page and writes it as `name.md` and `name.json`.
 
     Args:
-        module: by which it is started, `python -m`.
-        about: what it measures; the module's docstring.
-        numbers: by name the default and its meaning.
+        name: of the study's module in this folder and of its results.
+        about: what it measures; the module's docstring, whose first line is the page's title.
+        cases: the cases that the options ask for.
+        examine: examines one of them; importable, because it runs in processes of its own.
+        report: the parts of the page.
+        words: of the command line; None for the process's own.
+        packages: whose versions are recorded beside those of NumPy and SciPy.
+        numbers: the study's options, by name the default and its meaning.
     """
-    parser = argparse.ArgumentParser(
-        prog=f"python -m {module}", description=about, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    for name, (default, meaning) in numbers.items():
-        flag, text = f"--{name.replace('_', '-')}", f"{meaning} (default: %(default)s)"
+    title, _, _ = (about or name).partition("\n")
+    command = f"python -m benchmarks.{name}"
+    parser = argparse.ArgumentParser(command, description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for option, (default, meaning) in {**numbers, "processes": (1, "cases examined at once")}.items():
+        flag, text = f"--{option.replace('_', '-')}", f"{meaning} (default: %(default)s)"
         parser.add_argument(flag, type=type(default), default=default, help=text)
     parser.add_argument("--out", type=Path, default=RESULTS, metavar="FOLDER", help="where its page is written")
-    return parser
-
-
-def begin(
-    parser: argparse.ArgumentParser, words: Sequence[str] | None, *packages: str
-) -> tuple[argparse.Namespace, Record]:
-    """The options that were given, and where and when the study was begun with them.
-
-    Args:
-        words: of the command line; None for the process's own.
-        packages: which versions are told beside those of NumPy and SciPy.
-    """
     given = sys.argv[1:] if words is None else list(words)
-    return parser.parse_args(given), provenance(shlex.join([*parser.prog.split(), *given]), *packages)
+    asked = parser.parse_args(given)
+    measured = provenance(shlex.join([*command.split(), *given]), *packages)
+    chosen = cases(asked)
+    if not chosen:
+        print("there is nothing to examine: no case fits the options, or its recordings are missing", file=sys.stderr)
+        sys.exit(2)
+    results = in_processes(examine, chosen, "cases", asked.processes)
+    versions = ", ".join(f"{package} {version}" for package, version in measured["versions"].items())
+    made = f"`{measured['command']}`, {measured['date']}, {measured['processor']}, {measured['cores']} cores, load "
+    made += f"{measured['load_before']:.1f} before; Python {measured['python']}, {versions}."
+    text = "\n\n".join(part for part in (f"# {title.rstrip('.')}", made, *report(results)) if part) + "\n"
+    asked.out.mkdir(parents=True, exist_ok=True)
+    document = json_text(measured | {"results": results}, indent=1) + "\n"
+    (asked.out / f"{name}.json").write_text(document, encoding="utf-8")
+    (asked.out / f"{name}.md").write_text(text, encoding="utf-8")
+    print(text, end="")
+
+
+def seeds(asked: argparse.Namespace) -> range:
+    """The seeds of the options `--first-seed` and `--seeds`."""
+    return range(asked.first_seed, asked.first_seed + asked.seeds)
 
 
 def provenance(command: str, *packages: str) -> Record:
-    """Command, date, machine and the versions of what was measured: no figure is published without it."""
+    """Command, date, machine and versions of what is measured: no figure is published without it."""
     return {
         "command": command,
         "date": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
@@ -75,14 +111,6 @@ def provenance(command: str, *packages: str) -> Record:
     }
 
 
-def revision() -> str:
-    """The commit that was measured, with a mark where files differ from it."""
-    said = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], cwd=RESULTS.parent, capture_output=True, text=True, check=False
-    )
-    return said.stdout.strip() or "unknown"
-
-
 def in_processes(
     examine: Callable[[Case], Result],
     cases: Sequence[Case],
@@ -90,48 +118,78 @@ def in_processes(
     processes: int,
     minutes: float = float("inf"),
 ) -> list[Result]:
-    """What is made of each case, in their order, with a progress bar on standard error.
+    """What `examine` makes of each case, in their order, with a progress bar on standard error.
 
     Args:
-        examine: makes it; importable, for it runs in processes of its own, but in this one where one is enough.
+        examine: importable, because it runs in processes of its own; in this one where one is enough.
+        cases: to examine.
         what: the cases are, for the bar.
-        minutes: after which no further case is begun; those are left out.
+        processes: at most so many at once.
+        minutes: no further case begins after so many; those cases have no result.
     """
-    ends, waiting = time.monotonic() + 60.0 * minutes, iter(enumerate(cases))
-    results, running = dict[int, Result](), dict[Future[Result], int]()
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the processes are the parallel ones; those to come see this
+    ends = time.monotonic() + 60.0 * minutes
+    results: list[Result] = []
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the processes are the parallel ones
     with progress(what, len(cases)) as advance:
         if processes == 1:
-            for place, case in waiting:
-                if time.monotonic() < ends:
-                    results[place] = examine(case)
-                    advance()
-            return list(results.values())
-        with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
-            while True:
-                while len(running) < processes and time.monotonic() < ends and (following := next(waiting, None)):
-                    running[pool.submit(examine, following[1])] = following[0]
-                if not running:
+            for case in cases:
+                if time.monotonic() >= ends:
                     break
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    results[running.pop(future)] = future.result()
+                results.append(examine(case))
+                advance()
+            return results
+        with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
+            for first in range(0, len(cases), processes):
+                if time.monotonic() >= ends:
+                    break
+                for result in pool.map(examine, cases[first : first + processes]):
+                    results.append(result)
                     advance()
-    return [results[place] for place in sorted(results)]
+    return results
 
 
-def write(folder: Path, name: str, document: Mapping[str, Any]) -> str:
-    """Writes a study for programs (`name.json`); gives what was written."""
-    folder.mkdir(parents=True, exist_ok=True)
-    text = json_text(document, indent=1) + "\n"
-    (folder / f"{name}.json").write_text(text, encoding="utf-8")
-    return text
+def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
 
 
-def publish(folder: Path, name: str, document: Mapping[str, Any], text: str) -> None:
-    """Writes a study for programs (`name.json`) and for people (`name.md`), and prints the latter."""
-    write(folder, name, document)
-    (folder / f"{name}.md").write_text(text, encoding="utf-8")
-    print(text, end="")
+def grouped(records: Iterable[Mapping[str, Any]], *keys: str) -> dict[Any, list[Any]]:
+    """The records by their values of one key, or of several as a tuple, in the order in which they come."""
+    groups: dict[Any, list[Any]] = {}
+    for record in records:
+        values = tuple(record[key] for key in keys)
+        groups.setdefault(values if len(keys) > 1 else values[0], []).append(record)
+    return groups
+
+
+def share(hits: int, count: int) -> str:
+    """A share as a count, and Wilson's 95 % interval of it."""
+    low, high = interval(hits, count)
+    return f"{hits} of {count} ({100 * low:.0f}–{100 * high:.0f} %)" if count else "–"
+
+
+def interval(hits: int, count: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of a share."""
+    if count == 0:
+        return 0.0, 1.0
+    z, part = SIGMAS_OF_95, hits / count
+    middle = (part + z * z / (2 * count)) / (1 + z * z / count)
+    half = z / (1 + z * z / count) * math.sqrt(part * (1 - part) / count + z * z / (4 * count * count))
+    return max(middle - half, 0.0), min(middle + half, 1.0)
+
+
+def spread(values: Sequence[float], digits: int = 2) -> str:
+    """The mean of several seeds with their standard deviation; of one seed its value."""
+    mean = f"{np.mean(values):.{digits}f}" if len(values) else "–"
+    return f"{mean} ± {np.std(values, ddof=1):.{digits}f}" if len(values) > 1 else mean
+
+
+def median(values: Sequence[float], digits: int = 2) -> str:
+    """The median of several seeds with the least and the greatest."""
+    if not len(values):
+        return "–"
+    return f"{np.median(values):.{digits}f} ({min(values):.{digits}f} to {max(values):.{digits}f})"
 
 
 def _processor() -> str:
@@ -140,3 +198,42 @@ def _processor() -> str:
     except OSError:
         return platform.processor()
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+# Of the studies that are not yet written over `run`; leaves with the last of them.
+CORES = os.cpu_count() or 1
+
+
+def options(module: str, about: str | None, /, **numbers: tuple[int | float, str]) -> argparse.ArgumentParser:
+    """The options of a study."""
+    parser = argparse.ArgumentParser(
+        prog=f"python -m {module}", description=about, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    for name, (default, meaning) in numbers.items():
+        parser.add_argument(f"--{name.replace('_', '-')}", type=type(default), default=default, help=meaning)
+    parser.add_argument("--out", type=Path, default=RESULTS, metavar="FOLDER", help="where its page is written")
+    return parser
+
+
+def begin(
+    parser: argparse.ArgumentParser, words: Sequence[str] | None, *packages: str
+) -> tuple[argparse.Namespace, Record]:
+    """The options that were given, and where and when the study was begun with them."""
+    given = sys.argv[1:] if words is None else list(words)
+    return parser.parse_args(given), provenance(shlex.join([*parser.prog.split(), *given]), *packages)
+
+
+def revision() -> str:
+    """The commit that is measured."""
+    told = subprocess.run(
+        ["git", "describe", "--always", "--dirty"], cwd=RESULTS.parent, capture_output=True, text=True, check=False
+    )
+    return told.stdout.strip() or "unknown"
+
+
+def publish(folder: Path, name: str, document: Mapping[str, Any], text: str) -> None:
+    """Writes a study for programs and for people, and prints the latter."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.json").write_text(json_text(document, indent=1) + "\n", encoding="utf-8")
+    (folder / f"{name}.md").write_text(text, encoding="utf-8")
+    print(text, end="")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.study import begin, in_processes, options, publish
-from benchmarks.tables import counted, grouped, interval, page, share, table
+from benchmarks.study import begin, grouped, in_processes, interval, options, publish, table
+from benchmarks.tables import counted, page, share
 
 
 def twice(number: int) -> int:
