@@ -204,12 +204,12 @@ BODIES = {"rov": rov, "torpedo": torpedo, "boat": boat}
 PLANAR = Vehicle(
     ("surge", "sway", "yaw"),
     np.diag([900.0, 1400.0, 1.0, 1.0, 1.0, leng.INERTIA]),
-    np.array([10.0, 110.0, 1.0, 1.0, 1.0, 120.0]),
+    np.array([10.0, 60.0, 1.0, 1.0, 1.0, 90.0]),
     np.array([90.0, 500.0, 1.0, 1.0, 1.0, 900.0]),
     {"surge": 260.0, "sway": 90.0, "yaw": 75.0},
     crossed={
-        ("yaw", "surge", "yaw"): 400.0, ("yaw", "surge", "sway"): -200.0, ("yaw", "yaw", "sway"): -150.0,
-        ("sway", "surge", "sway"): 230.0, ("sway", "surge", "yaw"): -200.0,
+        ("yaw", "surge", "yaw"): 440.0, ("yaw", "surge", "sway"): -250.0,
+        ("sway", "surge", "sway"): 230.0, ("sway", "surge", "yaw"): -250.0,
     },
     bandwidth=0.35,
     hold_s=(6.0, 20.0),

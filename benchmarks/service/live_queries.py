@@ -27,7 +27,8 @@ from benchmarks.study import begin, options
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
 from service.wire.json_text import json_text
-from simulator.six_degrees import rov, swim
+from simulator.dive_log import dives
+from simulator.vehicles import rov
 from viewer.page.identification import Identification
 
 WINDOW_S, PROOF_S = 240.0, 60.0
@@ -55,7 +56,7 @@ def measure(pairs: int) -> dict[str, Any]:
 
         found = {"trace": summary(_turns(subject, subject.process, teach, pairs))}
         path, page, rng = Path(folder, "dive.csv"), Identification(), np.random.default_rng(1)
-        write(path, from_streams("dive", swim(rov(rng), DIVE_S, rng)))
+        write(path, from_streams("dive", dives([rov(rng)], DIVE_S, 1)[0]))
         log = path.read_bytes()
         try:
             identify = partial(page.start, path.name, size=len(log))

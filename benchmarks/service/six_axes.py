@@ -29,7 +29,8 @@ from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from service.wire import Health, Keys
 from simulator.player import wait_for_learner
-from simulator.six_degrees import NAMES, Body, rov
+from simulator.vehicles import NAMES, rov
+from simulator.vehicles import Vehicle as Body
 
 SETTLE_S = 10.0
 """The measurement begins so long after the first message [s]: what is allocated once has been then."""

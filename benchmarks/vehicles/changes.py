@@ -12,7 +12,8 @@ import numpy as np
 from benchmarks.study import begin, in_processes, options
 from benchmarks.tables import page, share, table
 from incsvr.vehicle import compare, on_grid
-from simulator.six_degrees import BODIES, NAMES, swim_together
+from simulator.dive_log import dives
+from simulator.vehicles import BODIES, NAMES
 
 DIVES = 4
 """Dives of each vehicle; in half of the vehicles the drag of one axis changes after the second."""
@@ -26,7 +27,7 @@ def compared(case: tuple[str, int, float, float]) -> dict[str, Any]:
     axis = str(rng.choice(list(body.effort)))
     more = np.where(np.array(NAMES) == axis, factor, 1.0)
     later = replace(body, linear=body.linear * more, quadratic=body.quadratic * more)
-    logs = swim_together([body if k < DIVES // 2 else later for k in range(DIVES)], seconds, rng)
+    logs = dives([body if k < DIVES // 2 else later for k in range(DIVES)], seconds, seed)
     step = on_grid(logs).step
     found = compare([on_grid([log], step) for log in logs], [str(k) for k in range(DIVES)])
     told = [(int(dive), quantity.axis, quantity.kind) for dive, quantity, _ in found.changes]

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.service.six_axes import vehicle_of
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import VELOCITIES
@@ -20,8 +19,9 @@ from service.cli.command_line import main
 from service.config.vehicle_file import write_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import read, write
-from simulator.six_degrees import BODIES, NAMES, swim
+from simulator.vehicles import BODIES, NAMES
 from simulator.whole_vehicle import moved_by
+from tests.worlds import swim, vehicle_of
 
 BODY = BODIES["torpedo"](np.random.default_rng(71))
 VEHICLE = vehicle_of(BODY, (1.1, 0.5, 0.0, 0.0, 0.0, 0.5))
@@ -32,7 +32,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a vehicle file and a dive of that vehicle."""
     folder = tmp_path_factory.mktemp("vehicle")
     write_vehicle(folder / "auv.yaml", VEHICLE)
-    log = swim(BODY, 100.0, np.random.default_rng(72))
+    log = swim(BODY, 100.0, 72)
     write(folder / "dive.csv", from_streams("dive", log))
     return folder
 

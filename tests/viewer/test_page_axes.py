@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.service.six_axes import vehicle_of
+from tests.worlds import vehicle_of
 from service import wire
 from service.bus.session import client_config_at
 from service.config.vehicle_file import write_vehicle
-from simulator.six_degrees import BODIES
+from simulator.vehicles import BODIES
 from tests.service.conftest import benches
 from tests.viewer.test_page import drawn
 from viewer.page.hosts import ours

@@ -21,7 +21,8 @@ from service.bus.session import client_config_at, free_endpoint
 from service.config.vehicle_file import read_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
-from simulator.six_degrees import swim, torpedo
+from simulator.vehicles import torpedo
+from tests.worlds import swim
 from tests.viewer.browser import opened_tab
 from tests.viewer.conftest import PATIENCE
 from viewer.page import identification as identification_module
@@ -39,9 +40,8 @@ ASKED = {MARK: "1", "Origin": "http://localhost:9110"}
 @pytest.fixture(scope="module")
 def dive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two minutes of a torpedo."""
-    rng = np.random.default_rng(54)
     path = tmp_path_factory.mktemp("dive") / "may.csv"
-    write(path, from_streams("may", swim(torpedo(rng), 130.0, rng)))
+    write(path, from_streams("may", swim(torpedo(np.random.default_rng(54)), 130.0, 54)))
     return path
 
 

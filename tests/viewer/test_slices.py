@@ -12,7 +12,7 @@ from rerun.chunk import RrdReader
 from service.config.sources import read
 from service.learner.node import LearnerNode
 from service.wire import IterationReport, Measurement, ModelSnapshot
-from simulator import planar
+from tests.worlds import planar
 from tests.viewer.conftest import Run
 from tests.viewer.readback import points, rows, shown
 from tests.viewer.test_recording import record
@@ -34,7 +34,7 @@ def iterations() -> Iterations:
     """A simulated vehicle whose damping couples yaw with surge and sway, through the learner's own node."""
     inputs = ["yaw_rate", "surge", "sway"]
     node = LearnerNode(read(None, {"state": None, "learner": {"inputs": inputs, "policy": "weighted"}}), "a test")
-    for name, (t, value) in planar.recording(910110, 100.0, vehicle=planar.DEFAULT).streams().items():
+    for name, (t, value) in planar(910110, 100.0, usual=True).streams().items():
         node.push(name, t, value)
     found = []
     while (outcome := node.learn()) is not None:

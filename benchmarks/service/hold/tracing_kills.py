@@ -15,7 +15,9 @@ from benchmarks.service.bus import BLOCK, KEYS, PATIENCE_S, Learner, learner
 from benchmarks.service.hold.row import Row
 from service.recordings.recording import Recording
 from service.wire import EffectsLedger, ModelSnapshot, decode, encode, measurement
-from simulator.trial import Trial, play
+from simulator.mission import Mission
+from simulator.vehicles import TURNING
+from simulator.world import play
 
 WINDOW_S, PROOF_S = 240.0, 60.0
 """Window and proof of the tracing [s of data]."""
@@ -56,7 +58,7 @@ class Record:
 def tracing_kills(times: int, seed: int) -> Row:
     """Kills processes beside a learner of a vehicle with a hidden lag, and plays the same data without tracing."""
     random = np.random.default_rng(seed)
-    trial = play(Trial(seed, ("torque_lag",), duration=WINDOW_S + PART_S * (3 * times + 2)))
+    trial = play(Mission(TURNING["leng"], "telegraph", seed, ("torque_lag",), duration=WINDOW_S + PART_S * (3 * times + 2)))
 
     def some() -> float | None:
         return None if random.random() < SPARED_SHARE else float(random.uniform(0.0, MAX_KILL_DELAY_S))

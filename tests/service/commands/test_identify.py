@@ -16,7 +16,9 @@ from service.cli.command_line import main
 from service.config.vehicle_file import read_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
-from simulator.six_degrees import EFFORTS, NAMES, RATES, swim, torpedo
+from incsvr.plant.axes import EFFORTS, VELOCITIES
+from simulator.vehicles import NAMES, torpedo
+from tests.worlds import swim
 from tests.viewer.test_report import Text
 from viewer.report.figures import number
 
@@ -27,10 +29,9 @@ SURGE = ("surge", "surge_force")
 def dives(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with two dives of one torpedo, and the vehicle file, JSON and report of `identify`."""
     folder = tmp_path_factory.mktemp("dives")
-    rng = np.random.default_rng(51)
-    body = torpedo(rng)
-    for name, seconds in (("one", 200.0), ("two", 60.0)):
-        write(folder / f"{name}.csv", from_streams(name, swim(body, seconds, rng)))
+    body = torpedo(np.random.default_rng(51))
+    for seed, (name, seconds) in enumerate((("one", 200.0), ("two", 60.0)), start=51):
+        write(folder / f"{name}.csv", from_streams(name, swim(body, seconds, seed)))
     words = ["identify", str(folder / "one.csv"), "--validate", str(folder / "two.csv"), "--name", "torpedo"]
     words += ["--vehicle", str(folder / "vehicle.yaml"), "--report", str(folder / "report.html")]
     assert main([*words, "--json", str(folder / "found.json")]) == 0
@@ -92,7 +93,7 @@ def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
     dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """On a dive whose efforts have the wrong sign: the text, the JSON and the report say so."""
-    log = swim(torpedo(np.random.default_rng(51)), 60.0, np.random.default_rng(53))
+    log = swim(torpedo(np.random.default_rng(51)), 60.0, 53)
     wrong = {name: (time, -values if name in EFFORTS else values) for name, (time, values) in log.items()}
     write(tmp_path / "wrong.csv", from_streams("wrong", wrong))
     target, report = tmp_path / "found.json", tmp_path / "report.html"
@@ -111,8 +112,7 @@ def test_an_inertia_at_the_bound_of_the_search_is_not_called_estimated(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The yaw of a torpedo without its surge and sway, whose Coriolis moment drives it."""
-    rng = np.random.default_rng(2)
-    log = swim(torpedo(rng), 300.0, rng)
+    log = swim(torpedo(np.random.default_rng(2)), 300.0, 2)
     write(tmp_path / "yaw.csv", from_streams("yaw", {name: log[name] for name in ("yaw_rate", "torque")}))
     target, report = tmp_path / "found.json", tmp_path / "report.html"
     assert main(["identify", str(tmp_path / "yaw.csv"), "--json", str(target), "--report", str(report)]) == 0
@@ -130,8 +130,7 @@ def test_an_inertia_at_the_bound_of_the_search_is_not_called_estimated(
 
 
 def test_velocities_over_ground_in_a_current_are_a_warning() -> None:
-    rng = np.random.default_rng(201)
-    log = swim(torpedo(rng), 200.0, rng, (0.1, -0.1))
+    log = swim(torpedo(np.random.default_rng(201)), 200.0, 201, (0.1, -0.1))
     (warning,) = identify(on_grid([log]), validate=False).warnings
     assert "a steady current of 0.14 m/s towards 31" in warning
     del log["heading"]
@@ -143,14 +142,14 @@ def test_the_python_export_simulates_alike(dives: Path, tmp_path: Path) -> None:
     assert main(["export", str(dives / "vehicle.yaml"), "--format", "python", "--out", str(module)]) == 0
     space: dict[str, object] = {}
     exec(compile(module.read_text(encoding="utf-8"), str(module), "exec"), space)
-    log = swim(torpedo(np.random.default_rng(51)), 60.0, np.random.default_rng(52))
+    log = swim(torpedo(np.random.default_rng(51)), 60.0, 54)
     vehicle = read_vehicle(dives / "vehicle.yaml")
     motion = on_grid([log])
     free_run = space["free_run"]
     assert callable(free_run)
     course = free_run(motion.velocity[0], motion.effort[:-1], motion.step)
     assert course == pytest.approx(vehicle.free_run(motion), abs=1e-9)
-    assert {*RATES, *EFFORTS} >= {name for name in log if name != "heading"}
+    assert {*VELOCITIES, *EFFORTS} >= {name for name in log if name != "heading"}
     assert space["AXES"] == list(NAMES)
 
 
@@ -218,12 +217,11 @@ def test_a_dive_that_is_given_twice_is_refused(
 
 
 def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path) -> None:
-    rng = np.random.default_rng(53)
-    body = torpedo(rng)
+    body = torpedo(np.random.default_rng(53))
     more = np.where(np.arange(6) == 5, 1.3, 1.0)
     fouled = replace(body, linear=body.linear * more, quadratic=body.quadratic * more)
-    for name, each in (("may", body), ("june", body), ("july", fouled)):
-        write(tmp_path / f"{name}.csv", from_streams(name, swim(each, 120.0, rng)))
+    for seed, (name, each) in enumerate((("may", body), ("june", body), ("july", fouled))):
+        write(tmp_path / f"{name}.csv", from_streams(name, swim(each, 120.0, seed)))
     dives = [str(tmp_path / f"{name}.csv") for name in ("may", "june", "july")]
     target, history = tmp_path / "compared.json", tmp_path / "history.parquet"
     report = tmp_path / "compared.html"

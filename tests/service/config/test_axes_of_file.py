@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from benchmarks.service.six_axes import vehicle_of
+from tests.worlds import vehicle_of
 from incsvr.errors import BadInput
 from incsvr.vehicle import Vehicle
 from service.cli.command_line import main
@@ -19,7 +19,7 @@ from service.config.configuration import Config, check_first_axis, check_inertia
 from service.config.sources import read
 from service.config.vehicle_file import read_vehicle, write_vehicle
 from service.export.vehicle_class import class_module
-from simulator.six_degrees import BODIES, NAMES
+from simulator.vehicles import BODIES, NAMES
 
 ROV = vehicle_of(BODIES["rov"](np.random.default_rng(61)))
 BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(61)), (1.0, 0.4, 0.0, 0.0, 0.0, 0.5))
