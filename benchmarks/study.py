@@ -30,6 +30,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from incsvr.numerics import Array
 from service.cli.progress import progress
 from service.wire.json_text import json_text
 
@@ -179,13 +180,13 @@ def interval(hits: int, count: int) -> tuple[float, float]:
     return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
-def spread(values: Sequence[float], digits: int = 2) -> str:
+def spread(values: Sequence[float] | Array, digits: int = 2) -> str:
     """The mean of several seeds with their standard deviation; of one seed its value."""
     mean = f"{np.mean(values):.{digits}f}" if len(values) else "–"
     return f"{mean} ± {np.std(values, ddof=1):.{digits}f}" if len(values) > 1 else mean
 
 
-def median(values: Sequence[float], digits: int = 2) -> str:
+def median(values: Sequence[float] | Array, digits: int = 2) -> str:
     """The median of several seeds with the least and the greatest."""
     if not len(values):
         return "–"

@@ -27,7 +27,6 @@ from simulator.steered import steered
 from simulator.vehicles import PLANAR
 from simulator.whole_vehicle import moved_by
 
-
 PLANAR_DURATION_S = 600.0
 """Length of the run `planar`, of a vehicle whose damping couples surge, sway and yaw [s]."""
 

@@ -52,7 +52,7 @@ def steered(name: str, time: Array, torque: Array, seed: int) -> Recording:
             f"{name}: the torque is {torque[beyond[0]]:g} N m at {time[beyond[0]]:g} s, and the simulated vehicle has "
             f"±{MAX_TORQUE:g} N m; scale the manoeuvre down"
         )
-    ticks = np.arange(0.0, max(float(time[-1] - time[0]), TICK_S), TICK_S)
+    ticks = np.arange(0.0, max(float(time[-1] - time[0]), TICK_S), TICK_S, dtype=np.float64)
     return at_sea(name, torque[np.searchsorted(time - time[0], ticks, side="right") - 1], seed)[0]
 
 
@@ -75,9 +75,9 @@ def leng_log(name: str, seed: int) -> Recording:
 
 def steps_and_sines(duration: float, random: np.random.Generator) -> Array:
     """Torques at the ticks, levels and several sines at once, so that all commands occur [N m]."""
-    time = np.arange(0.0, duration - 1e-9, TICK_S) / UNIT_S
+    time: Array = np.arange(0.0, duration - 1e-9, TICK_S, dtype=np.float64) / UNIT_S
     levels, sines = (OPEN_LOOP[kind](time, random) for kind in ("telegraph", "multisine"))
-    return 0.5 * MAX_TORQUE * (levels + sines)
+    return np.asarray(0.5 * MAX_TORQUE * (levels + sines))
 
 
 def at_sea(

@@ -1,7 +1,7 @@
 """The demo's third act: Leng with its hull goes on, and under way something breaks that nobody is told of.
 
-A seed draws what comes on (one of EFFECTS, of realistic size), when, and how the vehicle is driven. The streams hold yaw
-rate and torque alone: the torque as the rotors' told speeds make it in a vehicle that is sound.
+A seed draws what comes on (one of EFFECTS, of realistic size), when, and how the vehicle is driven. The streams hold
+yaw rate and torque alone: the torque as the rotors' told speeds make it in a vehicle that is sound.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -10,15 +9,13 @@ from scipy.signal import lfilter
 
 from incsvr.numerics import Streams
 from incsvr.tracing.run import Run
-from incsvr.vehicle import Parameter, Vehicle
-from incsvr.vehicle.terms import own_damping, restoring
 from service.recordings.recording import Recording
 from simulator import vehicles
 from simulator.dive_log import dives
 from simulator.mission import Mission
 from simulator.plans import Plan
 from simulator.sensors import Sensor, own_clocks, torque_sensor
-from simulator.vehicles import NAMES, TURNING
+from simulator.vehicles import TURNING
 from simulator.world import Outcome, play
 
 ROV = TURNING["rov"]
@@ -113,22 +110,3 @@ def swim(vehicle: vehicles.Vehicle, seconds: float, seed: int, current: tuple[fl
     """The log of a dive under commands that hold."""
     (log,) = dives([vehicle], seconds, seed, current)
     return log
-
-
-FASTEST = (1.0, 0.85, 0.85, 2.1, 3.2, 2.7)
-"""How fast the small ROV goes under its largest efforts [m/s], [rad/s]."""
-
-
-def vehicle_of(body: vehicles.Vehicle, fastest: Sequence[float] = FASTEST) -> Vehicle:
-    """A vehicle file's model of a simulated one that goes so fast [m/s], [rad/s], its numbers as they are."""
-
-    def known(value: float) -> Parameter:
-        return Parameter(value, value, value)
-
-    places = {name: NAMES.index(name) for name in body.moves}
-    mass = {(a, b): known(float(body.mass[i, j])) for a, i in places.items() for b, j in places.items()
-            if i <= j and body.mass[i, j] != 0.0}  # fmt: skip
-    own = {"linear": body.linear, "quadratic": body.quadratic, "righting": np.full(6, body.righting)}
-    terms = (*own_damping(body.moves), *restoring(body.moves, ("roll", "pitch") if body.righting else ()))
-    found = {term: known(float(own[term.kind][places[term.axis]])) for term in terms if term.kind in own}
-    return Vehicle("rov", body.moves, tuple(body.effort), mass, found, {}, np.array(fastest))

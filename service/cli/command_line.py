@@ -99,12 +99,12 @@ COMMANDS = {
         "incsvr export --format gazebo --out yaw.sdf",
     ),
     "table1": (
-        "benchmarks.paper.table1",
+        "benchmarks.table1",
         "computes Table I and the curve of Fig. 7 beside the paper's figures",
         "incsvr table1 --seeds 5",
     ),
     "bench": (
-        "benchmarks.service.bench",
+        "benchmarks.bench",
         "measures speed beside other libraries, in one run",
         "incsvr bench --without-bus",
     ),

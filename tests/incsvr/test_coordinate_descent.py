@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from benchmarks.learner.sample_sets import yaw_samples
+from benchmarks.learner_times import yaw_samples
 from incsvr.errors import BadInput
 from incsvr.learning import dual
 from incsvr.learning.kernel import rbf

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from sklearn.svm import SVR
 
-from benchmarks.learner.sample_sets import yaw_samples
-from benchmarks.learner.solver import by_clarabel
+from benchmarks.learner_times import by_clarabel, yaw_samples
 from incsvr.learning import dual
 from incsvr.learning.kernel import rbf
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import simulator.dive_log
+from incsvr.plant.axes import EFFORTS, VELOCITIES
 from service.cli.command_line import main
 from service.recordings.recording_csv import read
 from simulator.dive_log import write_dive
-from incsvr.plant.axes import EFFORTS, VELOCITIES
 
 
 def test_the_logs_of_two_seeds_are_dives_of_one_vehicle(

@@ -21,7 +21,8 @@ from service.recordings.recording import from_streams
 from service.recordings.recording_csv import read, write
 from simulator.vehicles import BODIES, NAMES
 from simulator.whole_vehicle import moved_by
-from tests.worlds import swim, vehicle_of
+from tests.vehicle_of_body import vehicle_of
+from tests.worlds import swim
 
 BODY = BODIES["torpedo"](np.random.default_rng(71))
 VEHICLE = vehicle_of(BODY, (1.1, 0.5, 0.0, 0.0, 0.0, 0.5))

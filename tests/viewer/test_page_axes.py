@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.worlds import vehicle_of
 from service import wire
 from service.bus.session import client_config_at
 from service.config.vehicle_file import write_vehicle
 from simulator.vehicles import BODIES
 from tests.service.conftest import benches
+from tests.vehicle_of_body import vehicle_of
 from tests.viewer.test_page import drawn
 from viewer.page.hosts import ours
 from viewer.page.learner import Learner

@@ -22,9 +22,9 @@ from service.config.vehicle_file import read_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
 from simulator.vehicles import torpedo
-from tests.worlds import swim
 from tests.viewer.browser import opened_tab
 from tests.viewer.conftest import PATIENCE
+from tests.worlds import swim
 from viewer.page import identification as identification_module
 from viewer.page.hosts import ours
 from viewer.page.identification import Identification

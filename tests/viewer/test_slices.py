@@ -12,10 +12,10 @@ from rerun.chunk import RrdReader
 from service.config.sources import read
 from service.learner.node import LearnerNode
 from service.wire import IterationReport, Measurement, ModelSnapshot
-from tests.worlds import planar
 from tests.viewer.conftest import Run
 from tests.viewer.readback import points, rows, shown
 from tests.viewer.test_recording import record
+from tests.worlds import planar
 from viewer import archive
 from viewer.compare import Choice
 from viewer.frame import Frame

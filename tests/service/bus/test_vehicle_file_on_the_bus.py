@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.worlds import vehicle_of
 from service import wire
 from service.cli.command_line import main
 from service.cli.output import WIDTH
 from service.config.vehicle_file import write_vehicle
 from simulator.vehicles import BODIES
 from tests.service.conftest import Bench, StartBench
+from tests.vehicle_of_body import vehicle_of
 
 BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(81)), (1.0, 0.4, 0.0, 0.0, 0.0, 0.5))
 

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from incsvr.numerics import Array
+from incsvr.signals.settings import TorqueKind
 from service.cli.command_line import main
 from service.commands.fit_result import Fit
 from service.recordings.recording_csv import RATE_LIMIT, write
@@ -68,25 +70,23 @@ def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(kind: str
     assert not about_sensors
 
 
-def examine(run: Recording, torque: TorqueKind | None) -> tuple[Array, bool]:
-    """Error of the curve in per cent of the damping at ± 1 and ± 2 m/s of it, and whether a remark says how much."""
-    signals = signals_for([run], ROV.inertia, RATE_LIMIT, torque)
-    found = Fit.of([run], [], signals, None)
-    rates = np.array((-1.0, -0.5, 0.5, 1.0))
-    true = ROV.damping(rates)
-    off = 100.0 * (found.iterations[-1].model.predict(rates).damping - true) / true
-    return np.asarray(off), any("the damping curve may be" in remark for remark in found.remarks)
+def examine(every: float, torque: TorqueKind | None) -> tuple[Array, bool]:
+    """The error of the learned curve at ±0.5 to ±1.5 rad/s [%], and whether a remark says that it may be off."""
+    recording, rates = slow(13, every), np.array([-1.5, -1.0, -0.5, 0.5, 1.0, 1.5])
+    learned = Fit.of([recording], [], signals_for([recording], ROV.inertia, RATE_LIMIT, torque), None)
+    off = learned.iterations[-1].model.predict(rates).damping / ROV.damping(rates) - 1.0
+    return 100.0 * off, any("the damping curve may be" in remark for remark in learned.remarks)
 
 
 @pytest.mark.parametrize(("every", "allowed"), [(0.5, 0.25), (0.2, 0.15), (0.1, 0.15)])
 def test_commands_that_come_slowly_are_learned_right(every: float, allowed: float) -> None:
-    off, says = examine(slow(13, every), None)
+    off, says = examine(every, None)
     assert np.abs(off).max() < 100.0 * allowed
     assert not says
 
 
 def test_or_it_is_said_by_how_much_the_curve_may_be_off() -> None:
-    off, says = examine(slow(13, 0.5), "measured")
+    off, says = examine(0.5, "measured")
     assert np.abs(off).max() > 25.0
     assert says
 
@@ -99,10 +99,10 @@ def test_other_settings_are_proposed_where_they_were_tried_and_found_better(
     path = tmp_path / "slow.csv"
     write(path, slow(13, 0.5))
     words = (path, "--validate", path, "--inertia", "0.6")
-    slow = fit(capsys, *words, "--torque", "measured")
-    (remark,) = (each for each in slow["remarks"] if "the damping curve may be" in each)
+    plain = fit(capsys, *words, "--torque", "measured")
+    (remark,) = (each for each in plain["remarks"] if "the damping curve may be" in each)
     better = fit(capsys, *words, "--torque", "commanded")
-    gained = better["validation"]["free_run_rmse"], slow["validation"]["free_run_rmse"]
+    gained = better["validation"]["free_run_rmse"], plain["validation"]["free_run_rmse"]
     assert f"give --torque commanded: tried on slow.csv, the free run's error is {gained[0]:.3g} rad/s" in remark
     assert f"was {gained[1]:.3g} without" in remark
     assert gained[0] < gained[1]

@@ -11,15 +11,15 @@ import pytest
 
 import incsvr
 from incsvr.errors import BadInput
+from incsvr.plant.axes import EFFORTS, VELOCITIES
 from incsvr.vehicle import identify, on_grid
 from service.cli.command_line import main
 from service.config.vehicle_file import read_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
-from incsvr.plant.axes import EFFORTS, VELOCITIES
 from simulator.vehicles import NAMES, torpedo
-from tests.worlds import swim
 from tests.viewer.test_report import Text
+from tests.worlds import swim
 from viewer.report.figures import number
 
 SURGE = ("surge", "surge_force")
@@ -130,7 +130,7 @@ def test_an_inertia_at_the_bound_of_the_search_is_not_called_estimated(
 
 
 def test_velocities_over_ground_in_a_current_are_a_warning() -> None:
-    log = swim(torpedo(np.random.default_rng(201)), 200.0, 201, (0.1, -0.1))
+    log = dict(swim(torpedo(np.random.default_rng(201)), 200.0, 201, (0.1, -0.1)))
     (warning,) = identify(on_grid([log]), validate=False).warnings
     assert "a steady current of 0.14 m/s towards 31" in warning
     del log["heading"]

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.worlds import vehicle_of
 from incsvr.errors import BadInput
 from incsvr.vehicle import Vehicle
 from service.cli.command_line import main
@@ -20,6 +19,7 @@ from service.config.sources import read
 from service.config.vehicle_file import read_vehicle, write_vehicle
 from service.export.vehicle_class import class_module
 from simulator.vehicles import BODIES, NAMES
+from tests.vehicle_of_body import vehicle_of
 
 ROV = vehicle_of(BODIES["rov"](np.random.default_rng(61)))
 BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(61)), (1.0, 0.4, 0.0, 0.0, 0.0, 0.5))

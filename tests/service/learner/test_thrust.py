@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import queue
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
+import numpy as np
 import pytest
 
 from incsvr.forecasting.thrust_watch import ThrustChange

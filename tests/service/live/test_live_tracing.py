@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import threading
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +29,7 @@ from tests.service.config.test_traced_effects import ledger, part
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
 from tests.worlds import trial
 
-INERTIA = leng.INERTIA
+INERTIA = 350.0
 LIVE: dict[str, Any] = {
     "vehicle__inertia": INERTIA,
     "vehicle__rate_range": [-0.35, 0.35],

@@ -6,21 +6,23 @@ SVRs that is Σ θⱼ κ(rⱼ, r), without the continuation beyond the learned r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.paper.baselines import (
+from benchmarks.baselines import (
     AdaptiveIdentifier,
     Baseline,
     Data,
     LeastSquares,
+    LeastSquaresSVR,
+    NeuralNetwork,
     OfflineSVR,
+    Predict,
     RecursiveLeastSquares,
     TotalLeastSquares,
 )
-from benchmarks.paper.library_baselines import LeastSquaresSVR, NeuralNetwork
 from incsvr.learning.dual import solve
 from incsvr.learning.iteration import Iteration
 from incsvr.learning.kernel import rbf
@@ -45,7 +47,6 @@ EXPERIMENTS = (("1", "T1", "V1"), ("2", "T2", "V2"))
 
 Row = tuple[float, float, float]
 """MAE [N m], RMSE [N m], support vectors (or coefficients)."""
-Predict = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +94,7 @@ def repeat(seed: int, whole: bool = True) -> Repetition:
         done.points[f"B{number}"] = svr.C, svr.epsilon, svr.gamma
         curve = svr.fit(data(training))
         for validation in ("V1", "V2") if number == "1" else ("V2",):
-            errors = _errors(curve.predict, samples[validation])
+            errors = _errors(curve, samples[validation])
             done.rows[f"B{number}", "", validation] = (*errors, float(curve.support_rate.size))
     for learner, settings in LEARNERS.items():
         _learned(done, learner, settings, samples, validated)
@@ -108,7 +109,7 @@ def repeat(seed: int, whole: bool = True) -> Repetition:
         online = isinstance(method, RecursiveLeastSquares | AdaptiveIdentifier)
         for runs, validation in ((("T1",), "V1"), (("T1", "T2") if online else ("T2",), "V2")):
             given = data(*runs)
-            predict = method.fit(given).predict
+            predict = method.fit(given)
             done.rows[name, "", validation] = (
                 *_errors(predict, samples[validation]),
                 float(len(given.samples) if size is None else size),
@@ -118,13 +119,12 @@ def repeat(seed: int, whole: bool = True) -> Repetition:
 
 def _methods() -> Mapping[str, tuple[Baseline, int | None]]:
     """What else a user would take, and how many coefficients it has; None where every sample is one."""
-    network = NeuralNetwork()
     return {
         "least squares": (LeastSquares(), 2),
         "total least squares": (TotalLeastSquares(), 2),
         "recursive least squares": (RecursiveLeastSquares(), 2),
         "adaptive identifier": (AdaptiveIdentifier(inertia=leng.INERTIA, rate_scale=leng.MAX_RATE), 2),
-        "neural network": (network, network.weights),
+        "neural network": (NeuralNetwork(), 3 * NeuralNetwork().hidden + 1),
         "least-squares SVR": (LeastSquaresSVR(), None),
     }
 

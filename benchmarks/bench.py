@@ -25,9 +25,7 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput(f"--seeds {args.seeds}: give at least one repetition")
     try:
         # Here and not above: whoever asks for --help needs none of it, and the peers are extras.
-        from benchmarks.learner import solver
-        from benchmarks.learner import steps as learning
-        from benchmarks.service import bus
+        from benchmarks import bus, learner_times
         from benchmarks.study import provenance
     except ModuleNotFoundError as error:
         raise BadInput(f"{error.name}, one of the peers, is missing: {how_to_install(error.name or '')}") from None
@@ -35,8 +33,8 @@ def run(args: argparse.Namespace) -> int:
 
     result: dict[str, Any] = {"measured": provenance("incsvr bench", "scikit-learn", "eclipse-zenoh")}
     with threadpool_limits(1), progress("measuring", args.seeds + 2 + (not args.without_bus)) as advance:
-        result |= learning.measure(args.seeds, advance=advance)
-        result["solver"] = solver.measure()
+        result |= learner_times.measure(args.seeds, advance=advance)
+        result["solver"] = learner_times.solver()
         advance()
         if not args.without_bus:
             result |= bus.measure()

@@ -1,4 +1,4 @@
-"""The learner that is tried: `incsvr serve` as a process on a state of its own, and a client that notes all it says."""
+"""The learner that is tried: `incsvr serve` as a process on a state of its own, and a client that notes its models."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import zenoh
 
-from benchmarks.service.bus import KEYS, PARTNERS, PATIENCE_S, process
+from benchmarks.bus import KEYS, PARTNERS, PATIENCE_S, process
 from incsvr.errors import BadInput
 from service.bus.session import client_config_at, free_endpoint, open_session
 from service.wire import Form, FormType, Health, ModelSnapshot, decode
@@ -29,15 +29,14 @@ class Subject:
     """
 
     def __init__(self, state: Path, router: str | None = None) -> None:
-        self.state, self.endpoint = state, router or free_endpoint()
-        self._place = f"bus.connect={router}" if router else f"bus.listen={self.endpoint}"
-        self.process: subprocess.Popen[bytes] | None = None
-        self.session = open_session(client_config_at(self.endpoint), PATIENCE_S) if router else None
+        self.endpoint = router or free_endpoint()
+        place = f"bus.connect={router}" if router else f"bus.listen={self.endpoint}"
+        self._words = ["--set", place, "--set", f"state={json_text(str(state))}"]
         self.published: dict[int, ModelSnapshot] = {}
         self.twice = 0
-        self.came = threading.Condition()
-        self._listening = False
+        self._came = threading.Condition()
         self._alive: queue.Queue[zenoh.SampleKind] = queue.Queue()
+        self._sessions: list[zenoh.Session] = []
 
     def __enter__(self) -> Subject:
         self.start()
@@ -45,59 +44,56 @@ class Subject:
 
     def __exit__(self, *_: object) -> None:
         self.kill()
-        if self.session is not None:
-            self.session.close()  # type: ignore[no-untyped-call]
+        self.session.close()  # type: ignore[no-untyped-call]
+
+    @property
+    def session(self) -> zenoh.Session:
+        """The client's, open from the first start on."""
+        return self._sessions[0]
 
     def start(self) -> float:
         """Starts it; gives how long it took until it was ready [s]."""
         began = time.monotonic()
         while not self._alive.empty():
             self._alive.get()
-        words = ["--set", self._place, "--set", f"state={json_text(str(self.state))}"]
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "service.cli.command_line", "serve", *words],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        if self.session is None:
-            self.session = open_session(client_config_at(self.endpoint), PATIENCE_S)
-        if not self._listening:
-            self._listening = True
+        command = [sys.executable, "-m", "service.cli.command_line", "serve", *self._words]
+        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        if not self._sessions:
+            self._sessions.append(open_session(client_config_at(self.endpoint), PATIENCE_S))
             self.session.liveliness().declare_subscriber(
                 KEYS.alive, lambda sample: self._alive.put(sample.kind), history=True
             )
             self.session.declare_subscriber(KEYS.model, self._note)
-        self.wait_alive(zenoh.SampleKind.PUT)
-        return time.monotonic() - began
-
-    def wait_alive(self, kind: zenoh.SampleKind) -> None:
-        """Waits until its liveliness says so: PUT that it is ready, DELETE that it is gone."""
-        while self._alive.get(timeout=PATIENCE_S) != kind:
+        while self._alive.get(timeout=PATIENCE_S) != zenoh.SampleKind.PUT:
             pass
+        return time.monotonic() - began
 
     def kill(self) -> None:
         """Ends it as a power cut does."""
-        if self.process is not None and self.process.poll() is None:
-            self.process.kill()
-            self.process.wait()
+        self.process.kill()
+        self.process.wait()
 
     def stop(self) -> float:
         """Ends it by SIGTERM; gives how long it took [s]."""
-        assert self.process is not None
         began = time.monotonic()
         self.process.terminate()
         self.process.wait(PATIENCE_S)
         return time.monotonic() - began
 
-    def wait_for(self, revision: int) -> None:
-        """Waits until a revision as high as this was published."""
-        with self.came:
-            if not self.came.wait_for(lambda: max(self.published, default=0) >= revision, PATIENCE_S):
-                raise RuntimeError(f"revision {revision} never came")
+    def wait_for(self, more: int) -> None:
+        """Waits until so many more revisions were published."""
+        with self._came:
+            wanted = self.newest + more
+            if not self._came.wait_for(lambda: self.newest >= wanted, PATIENCE_S):
+                raise RuntimeError(f"revision {wanted} never came")
+
+    @property
+    def newest(self) -> int:
+        """The newest published revision; 0 before the first."""
+        return max(self.published, default=0)
 
     def ask(self, selector: str, form: type[FormType]) -> FormType | None:
         """The answer to a query, asked again until there is one; None for an error reply of the learner."""
-        assert self.session is not None
         until = time.monotonic() + PATIENCE_S
         while time.monotonic() < until:
             for reply in self.session.get(selector, timeout=5.0):
@@ -113,15 +109,13 @@ class Subject:
         assert found is not None
         return found
 
-    def wrong_answers(self, revisions: list[int]) -> tuple[int, int]:
+    def wrong_answers(self, revisions: Iterable[int]) -> tuple[int, int]:
         """How many of these published revisions are not kept, and how many are answered otherwise than published."""
         lost = wrong = 0
         for revision in revisions:
             answer = self.ask(f"{KEYS.model}?revision={revision}", ModelSnapshot)
-            if answer is None:
-                lost += 1
-            elif not same(answer, self.published[revision]):
-                wrong += 1
+            lost += answer is None
+            wrong += answer is not None and not same(answer, self.published[revision])
         return lost, wrong
 
     def _note(self, sample: zenoh.Sample) -> None:
@@ -129,19 +123,17 @@ class Subject:
             model = decode(ModelSnapshot, sample.payload.to_bytes())
         except BadInput:
             return
-        with self.came:
+        with self._came:
             before = self.published.setdefault(model.revision, model)
             self.twice += not same(before, model)
-            self.came.notify_all()
+            self._came.notify_all()
 
 
 def same(one: Form, other: Form) -> bool:
-    """Whether two snapshots hold one model; each start says it again under its own boot."""
+    """Whether two snapshots hold one model; each start publishes it again under its own boot."""
     return one.model_dump(exclude={"boot"}) == other.model_dump(exclude={"boot"})
 
 
-@contextmanager
-def fed(endpoint: str, pace: float = 5.0) -> Iterator[subprocess.Popen[bytes]]:
+def fed(endpoint: str, pace: float = 5.0) -> AbstractContextManager[subprocess.Popen[bytes]]:
     """Leng's run comes again and again, so many batches of samples a second, and goes on whatever happens."""
-    with process(PARTNERS, "feed", endpoint, str(pace), "25") as feeder:
-        yield feeder
+    return process(PARTNERS, "feed", endpoint, str(pace), "25")

@@ -2,7 +2,7 @@
 
 Every figure is the mean over the seeds, with its standard deviation from seed to seed. One seed is one repetition of
 the whole experiment: T1 and then T2 to train on, V1 and V2 to validate with. Every row is judged by the same evaluator
-(benchmarks.paper.repetition). B1 and B2 search their hyper-parameters anew for every seed, five folds over the paper's
+(benchmarks.repetition). B1 and B2 search their hyper-parameters anew for every seed, five folds over the paper's
 grid; so do the learner's tuned rows, by the paper's own search; the other learners keep the paper's point.
 """
 
@@ -10,16 +10,16 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import textwrap
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from benchmarks.paper.chart import chart
-from benchmarks.paper.repetition import (
+from benchmarks.repetition import (
     AT_CONVERGENCE,
     BEFORE_CLEANING,
     LEARNERS,
@@ -28,7 +28,7 @@ from benchmarks.paper.repetition import (
     Repetition,
     repeat,
 )
-from benchmarks.study import CORES, RESULTS, in_processes, provenance
+from benchmarks.study import RESULTS, in_processes, provenance
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.numerics import Array
@@ -44,6 +44,8 @@ PAPER = {
 """Table I: MAE and RMSE [N m], active support vectors."""
 CONVERGED_WITHIN = 0.03
 """A learner has converged once its error stays within this part of its final error: our rule, beside the paper's."""
+MARKS = "ox+*"
+"""Of the curves in the chart."""
 PUBLISHED = RESULTS / "table1.json"
 WHY = (
     "The paper's 4 % and 2 % above offline are those of one run, read where its error had converged, which is to "
@@ -72,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
             raise BadInput(f"--{flag} {getattr(args, name)}: {wanted}")
     seeds = range(args.first_seed, args.first_seed + args.seeds)
     once = partial(repeat, whole=not args.quick)
-    done = in_processes(once, seeds, "repetitions", min(args.seeds, args.processes or CORES))
+    done = in_processes(once, seeds, "repetitions", min(args.seeds, args.processes or os.cpu_count() or 1))
     words = f"--seeds {args.seeds} --first-seed {args.first_seed}" + " --quick" * args.quick
     result = summary(done) | {"measured": provenance(f"incsvr table1 {words}")}
     result["why"] = _why(result) if args.seeds > 1 else None
@@ -242,7 +244,7 @@ def text(result: dict[str, Any]) -> str:
     )
     title += f"old model meets V2; then on V2. ^ is beyond: {result['untrained']['V1']:.1f} N m at 0."
     top = max(curve[jump] for curve in curves.values())
-    return "\n".join([*lines, "", *textwrap.wrap(title, 110), chart(curves, top, first=0)])
+    return "\n".join([*lines, "", *textwrap.wrap(title, 110), chart(curves, top)])
 
 
 def _plus_minus(figure: float, spread: float | None, digits: int) -> str:
@@ -275,3 +277,22 @@ def _why(result: dict[str, Any]) -> str:
     default = result["learners"][result["default_learner"]]
     step = " and ".join(f"{100.0 * default['step_of_mae'][name]:.0f} %" for name in ("V1", "V2"))
     return WHY.format(stopped=stopped, step=step)
+
+
+def chart(curves: Mapping[str, Sequence[float]], top: float, height: int = 12, column: int = 3) -> str:
+    """Curves over 0, 1, … for a terminal: one mark a curve, `#` where two meet, `^` where one is beyond `top`."""
+    low = min(min(values) for values in curves.values())
+    high = min(top, max(max(values) for values in curves.values()))
+    scale = (height - 1) / (high - low) if high > low else 0.0
+    length = max(len(values) for values in curves.values())
+    rows = [[" "] * (length * column) for _ in range(height)]
+    for mark, values in zip(MARKS, curves.values(), strict=False):
+        for k, value in enumerate(values):
+            row = rows[height - 1 - round((min(value, high) - low) * scale)]
+            place = k * column + column - 1
+            row[place] = "^" if value > high else mark if row[place] == " " else "#"
+    levels = [high - number / scale if scale else high for number in range(height)]
+    lines = [f"{value:7.2f} |{''.join(row)}".rstrip() for value, row in zip(levels, rows, strict=True)]
+    axis = "".join(f"{k:{column}d}" if k % 5 == 0 else " " * column for k in range(length))
+    legend = ", ".join(f"{mark} {name}" for mark, name in zip(MARKS, curves, strict=False))
+    return "\n".join([*lines, "        +" + "-" * (length * column), "         " + axis.rstrip(), "         " + legend])

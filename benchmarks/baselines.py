@@ -1,15 +1,16 @@
 """What users would take instead of the incremental learner, behind one interface: data in, a damping curve out.
 
-    curve = LeastSquares().fit(data)
-    curve.predict(rates)
+    predict = LeastSquares().fit(data)
+    predict(rates)  # d(r), (n,) [N m] at (n,) yaw rates [rad/s]
 
-The offline SVRs are B1 and B2 of Table I. The others assume the textbook's damping, d(r) = N_r r + N_rr r|r|: least
-squares, total and recursive, on the damping samples, and the adaptive identifier, which needs no differentiation
-and works on the streams themselves. All are given the same declared inertia.
+The offline SVRs are B1 and B2 of Table I. The textbook's damping, d(r) = N_r r + N_rr r|r|, is fitted by least squares,
+total and recursive, to the damping samples, and by the adaptive identifier to the streams. scikit-learn gives a
+neural network and a least-squares SVR. All get the same declared inertia.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
@@ -17,6 +18,10 @@ from typing import Protocol
 
 import numpy as np
 from scipy.linalg import eigh
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.kernel_ridge import KernelRidge
+from sklearn.model_selection import GridSearchCV, PredefinedSplit
+from sklearn.neural_network import MLPRegressor
 
 from incsvr.learning.dual import solve
 from incsvr.learning.kernel import rbf
@@ -27,6 +32,10 @@ GRID_C = (10.0, 100.0, 1000.0, 10000.0)
 GRID_EPSILON = (0.1, 1.0, 2.0, 5.0)
 GRID_GAMMA = (5.0, 10.0, 20.0, 30.0)
 """The paper's grid (Section IV-B)."""
+FOLDS = 5
+"""Folds of a cross-validation; every fifth sample is in the same one, so that each covers the whole run."""
+
+Predict = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,35 +61,22 @@ class Data:
         return Data(samples, time, rate, np.interp(time, *torque))
 
 
-class Curve(Protocol):
-    """A learned damping curve."""
-
-    def predict(self, rate: Array) -> Array:
-        """d(r), (n,) [N m] at (n,) yaw rates [rad/s]."""
-
-
 class Baseline(Protocol):
     """A method that learns a damping curve."""
 
-    def fit(self, data: Data) -> Curve:
+    def fit(self, data: Data) -> Predict:
         """The curve that the method learns from the data."""
 
 
 @dataclass(frozen=True, slots=True)
 class Expansion:
-    """f(r) = Σ θⱼ κ(rⱼ, r): the curve of an SVR.
-
-    Attributes:
-        gamma: γ of the kernel [s²/rad²].
-        support_rate: (m,) support vectors [rad/s].
-        weight: (m,) their weights θ [N m].
-    """
+    """f(r) = Σ θⱼ κ(rⱼ, r): the curve of an SVR with γ [s²/rad²], (m,) support vectors [rad/s] and weights [N m]."""
 
     gamma: float
     support_rate: Array
     weight: Array
 
-    def predict(self, rate: Array) -> Array:
+    def __call__(self, rate: Array) -> Array:
         return rbf(rate, self.support_rate, self.gamma) @ self.weight
 
 
@@ -100,67 +96,41 @@ class OfflineSVR:
 
     def fit(self, data: Data) -> Expansion:
         x, y = data.samples.yaw_rate, data.samples.damping
-        solution = solve(x, y, gamma=self.gamma, C=self.C, epsilon=self.epsilon)
-        kept = np.abs(solution.weight) > 1e-9 * self.C  # what the solver leaves inside the tube is rounding
-        return Expansion(self.gamma, x[kept], solution.weight[kept])
+        weight = solve(x, y, gamma=self.gamma, C=self.C, epsilon=self.epsilon).weight
+        kept = np.abs(weight) > 1e-9 * self.C  # what the solver leaves inside the tube is rounding
+        return Expansion(self.gamma, x[kept], weight[kept])
 
     @staticmethod
-    def tuned(samples: Samples, folds: int = 5, advance: Callable[[], None] = lambda: None) -> OfflineSVR:
-        """The best of the paper's grid by the mean absolute error of `folds`-fold cross-validation.
+    def tuned(samples: Samples) -> OfflineSVR:
+        """The best of the paper's grid by the mean absolute error of cross-validation; nothing is random."""
+        svrs = [OfflineSVR(gamma, C, epsilon) for C, epsilon, gamma in product(GRID_C, GRID_EPSILON, GRID_GAMMA)]
+        return min(svrs, key=lambda svr: svr.cross_validated(samples))
 
-        Every `folds`-th sample is in the same fold, so that each fold covers the whole run; nothing is random.
-
-        Args:
-            samples: to learn from.
-            folds: number of folds.
-            advance: called after each of the grid's 64 points.
-        """
-        best, least = OfflineSVR(), np.inf
-        for C, epsilon, gamma in product(GRID_C, GRID_EPSILON, GRID_GAMMA):
-            svr = OfflineSVR(gamma, C, epsilon)
-            error = svr.cross_validated(samples, folds)
-            if error < least:
-                best, least = svr, error
-            advance()
-        return best
-
-    def cross_validated(self, samples: Samples, folds: int = 5) -> float:
-        """The mean absolute error of `folds`-fold cross-validation [N m]."""
+    def cross_validated(self, samples: Samples) -> float:
+        """The mean absolute error of cross-validation [N m]."""
         x, y = samples.yaw_rate, samples.damping
-        fold, errors = np.arange(y.size) % folds, []
-        for left_out in range(folds):
+        fold, errors = np.arange(y.size) % FOLDS, []
+        for left_out in range(FOLDS):
             train, test = fold != left_out, fold == left_out
             weight = solve(x[train], y[train], gamma=self.gamma, C=self.C, epsilon=self.epsilon).weight
             errors.append(np.mean(np.abs(rbf(x[test], x[train], self.gamma) @ weight - y[test])))
         return float(np.mean(errors))
 
 
-@dataclass(frozen=True, slots=True)
-class LinearQuadratic:
-    """d(r) = N_r r + N_rr r|r|.
-
-    Attributes:
-        linear: N_r [N m s/rad].
-        quadratic: N_rr [N m s²/rad²].
-    """
-
-    linear: float
-    quadratic: float
-
-    def predict(self, rate: Array) -> Array:
-        damping: Array = rate * (self.linear + self.quadratic * np.abs(rate))
-        return damping
+def linear_quadratic(linear: float, quadratic: float) -> Predict:
+    """d(r) = N_r r + N_rr r|r| of N_r [N m s/rad] and N_rr [N m s²/rad²]."""
+    return lambda rate: rate * (linear + quadratic * np.abs(rate))
 
 
 @dataclass(frozen=True, slots=True)
 class LeastSquares:
     """Ordinary least squares for N_r and N_rr on all samples."""
 
-    def fit(self, data: Data) -> LinearQuadratic:
+    def fit(self, data: Data) -> Predict:
         rate = data.samples.yaw_rate
         regressors = np.column_stack((rate, rate * np.abs(rate)))
         linear, quadratic = np.linalg.lstsq(regressors, data.samples.damping)[0]
-        return LinearQuadratic(float(linear), float(quadratic))
+        return linear_quadratic(float(linear), float(quadratic))
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +149,7 @@ class TotalLeastSquares:
     rate_noise: float = 0.001
     damping_noise: float = 4.0
 
-    def fit(self, data: Data) -> LinearQuadratic:
+    def fit(self, data: Data) -> Predict:
         rate, damping = data.samples.yaw_rate, data.samples.damping
         size, square = np.abs(rate), rate * np.abs(rate)
         noise = np.zeros((3, 3))
@@ -189,7 +159,7 @@ class TotalLeastSquares:
         columns = np.column_stack((rate, square, damping))
         smallest = eigh(columns.T @ columns, noise)[1][:, 0]
         linear, quadratic = -smallest[:2] / smallest[2]
-        return LinearQuadratic(float(linear), float(quadratic))
+        return linear_quadratic(float(linear), float(quadratic))
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +174,7 @@ class RecursiveLeastSquares:
     forgetting: float = 0.995
     doubt: float = 1e6
 
-    def fit(self, data: Data) -> LinearQuadratic:
+    def fit(self, data: Data) -> Predict:
         theta, covariance = np.zeros(2), self.doubt * np.eye(2)
         for rate, damping in zip(data.samples.yaw_rate.tolist(), data.samples.damping.tolist(), strict=True):
             regressor = np.array((rate, rate * abs(rate)))
@@ -213,7 +183,7 @@ class RecursiveLeastSquares:
             theta = theta + gain * (damping - regressor @ theta)
             covariance = (covariance - np.outer(gain, spread)) / self.forgetting
             covariance = 0.5 * (covariance + covariance.T)  # else it loses its symmetry within hours
-        return LinearQuadratic(float(theta[0]), float(theta[1]))
+        return linear_quadratic(float(theta[0]), float(theta[1]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +207,7 @@ class AdaptiveIdentifier:
     follow: float = 1.0
     settling: float = 30.0
 
-    def fit(self, data: Data) -> LinearQuadratic:
+    def fit(self, data: Data) -> Predict:
         follow = self.inertia / self.follow
         # Means of φ² over a sinusoid of amplitude rate_scale: R²/2 and 3R⁴/8.
         turn_linear = follow / (self.settling * self.rate_scale**2 / 2.0)
@@ -255,4 +225,43 @@ class AdaptiveIdentifier:
             model += step / self.inertia * (torques[k] - linear * rate - quadratic * square + follow * error)
             linear -= step * turn_linear * rate * error
             quadratic -= step * turn_quadratic * square * error
-        return LinearQuadratic(linear, quadratic)
+        return linear_quadratic(linear, quadratic)
+
+
+@dataclass(frozen=True, slots=True)
+class LeastSquaresSVR:
+    """The least-squares SVR of the paper's [16] without bias: min Σ (f(x) − y)² + ‖f‖²/C, a kernel ridge regression.
+
+    C and γ are searched on the paper's grid by cross-validation, as the offline SVR's are. Every sample is a vector.
+    """
+
+    def fit(self, data: Data) -> Expansion:
+        x, y = data.samples.yaw_rate, data.samples.damping
+        grid = {"alpha": [1.0 / C for C in GRID_C], "gamma": list(GRID_GAMMA)}
+        folds = PredefinedSplit(np.arange(y.size) % FOLDS)
+        search = GridSearchCV(KernelRidge(kernel="rbf"), grid, scoring="neg_mean_absolute_error", cv=folds)
+        found = search.fit(x[:, None], y).best_estimator_
+        return Expansion(float(found.gamma), x, np.asarray(found.dual_coef_, dtype=np.float64))
+
+
+@dataclass(frozen=True, slots=True)
+class NeuralNetwork:
+    """A small neural network, as in the paper's [15]: one hidden layer of tanh, fitted by L-BFGS on all samples.
+
+    Attributes:
+        hidden: neurons.
+        decay: weight of the squared weights, of the samples' scaled squared error.
+    """
+
+    hidden: int = 8
+    decay: float = 1e-2
+
+    def fit(self, data: Data) -> Predict:
+        x, y = data.samples.yaw_rate, data.samples.damping
+        rate, damping = float(np.std(x)), float(np.std(y))
+        network = MLPRegressor(hidden_layer_sizes=(self.hidden,), activation="tanh", solver="lbfgs", alpha=self.decay,
+                               max_iter=500, tol=1e-6, random_state=0)  # fmt: skip
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)  # it gets five hundred passes
+            network.fit(x[:, None] / rate, y / damping)
+        return lambda asked: np.asarray(network.predict(asked[:, None] / rate) * damping, dtype=np.float64)

@@ -1,1 +1,0 @@
-"""Every method on the recordings of vehicles that were measured."""
