@@ -14,8 +14,10 @@ from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
+from simulator.mission import Mission
+from simulator.world import play
 from tests.service.conftest import configured
-from tests.worlds import mission, slow
+from tests.worlds import ROV, slow
 
 Clock = Callable[[Array], Array]
 
@@ -186,7 +188,7 @@ def test_what_waits_to_be_taken_starves_nobody() -> None:
 
 def test_batches_without_evidence_starve_the_learner_by_the_data_s_time() -> None:
     """A zigzag in water that moves the vehicle as much as its torque does, as `incsvr fit` refuses it."""
-    played = mission("zigzag", "rov", 130, 600.0)
+    played = play(Mission(ROV, "zigzag", 130, duration=600.0, water=16.0))
     recording, signals = played.recording, signals_for([played.recording], played.inertia, RATE_LIMIT)
     samples, _ = samples_of(recording, signals, None)
     node = LearnerNode(scaled_config(configured(), recording, signals, learner_for(samples)), boot="b")

@@ -31,7 +31,7 @@ ONSET_S, BACK_S, END_S = 300.0, 450.0, 560.0
 def mission() -> tuple[Recording, float]:
     """An AUV under rate control whose thrust is halved for a while, and its inertia [kg m²]."""
     weak = Physics(thrust=(lambda t: np.where((t >= ONSET_S) & (t < BACK_S), 0.5, 1.0),))
-    outcome = play(Mission(TURNING["auv"], "rate_control", 7, duration=END_S, besides=weak))
+    outcome = play(Mission(TURNING["auv"], "rate_control", 12, duration=END_S, besides=weak))
     return outcome.recording, outcome.inertia
 
 
