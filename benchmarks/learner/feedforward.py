@@ -12,9 +12,9 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from benchmarks.tables import grouped, page, table
 
 from benchmarks.study import Record, begin, in_processes, options, publish, revision
+from benchmarks.tables import grouped, page, table
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.feedforward import Plan as PlannedMotion
 from incsvr.compensation.feedforward import feedforward
