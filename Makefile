@@ -6,8 +6,8 @@ export OPENBLAS_NUM_THREADS := 1
 # Bytecode is kept: each of the hundred processes that the tests start would compile our sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-all lint docs bench table1 tuning policy coverage trace-table missions live-missions bets-level several vehicles trouble \
-	fleet six-axes feedforward thrust-faults sensor-faults soak hold recording pictures tutorials clean
+STUDIES := paper speed sensors trace missions live vehicles whole_vehicle dives control hold
+.PHONY: demo test test-all lint docs bench table1 $(STUDIES) pictures tutorials clean
 
 demo: .venv/ready  ## the main job, end to end, in about two minutes
 	$(BIN)/incsvr demo
@@ -31,68 +31,12 @@ table1: .venv/ready
 	$(BIN)/incsvr table1 --seeds 20 --first-seed 720000 --json benchmarks/results/table1.json > benchmarks/results/table1.txt
 	cat benchmarks/results/table1.txt
 
-tuning: .venv/ready  ## which point the search of Section IV-B chooses
-	$(BIN)/python -m benchmarks.paper.tuning --seeds 20 --first-seed 730000
-
-policy: .venv/ready
-	$(BIN)/python -m benchmarks.learner.policy
-
-coverage: .venv/ready  ## how often the bands of 95 % hold what they should
-	$(BIN)/python -m benchmarks.learner.coverage
-
 bench: .venv/ready
 	$(BIN)/incsvr bench --json benchmarks/results/bench.json > benchmarks/results/bench.txt
 	cat benchmarks/results/bench.txt
 
-trace-table: .venv/ready  ## both simulators, a torque that is the command and one that is measured
-	$(BIN)/python -m benchmarks.tracer.trace_table
-	$(BIN)/python -m benchmarks.tracer.trace_table --noise measured
-	$(BIN)/python -m benchmarks.tracer.second_table
-
-missions: .venv/ready  ## what vehicles do all day: the curve that is served, and what is named
-	$(BIN)/python -m benchmarks.tracer.missions
-
-live-missions: .venv/ready  ## an effect that comes on in an hour's mission, quiet hours, and the demo's third act
-	$(BIN)/python -m benchmarks.tracer.live_missions
-
-bets-level: .venv/ready  ## how often bets on effects that are not there are won over quiet hours
-	$(BIN)/python -m benchmarks.tracer.bets_level
-
-several: .venv/ready  ## damping of several velocities beside least squares with cross terms and a Gaussian process
-	$(BIN)/python -m benchmarks.learner.several
-
-vehicles: .venv/ready  ## every axis of every measured vehicle, beside eight other methods
-	$(BIN)/python -m benchmarks.vehicles
-	$(BIN)/python -m benchmarks.vehicles.whole_vehicle
-	$(BIN)/python -m benchmarks.vehicles.changes
-	$(BIN)/python -m benchmarks.vehicles.fleet
-
-trouble: .venv/ready  ## faults and effects of real vehicles and logs, drawn anew
-	$(BIN)/python -m benchmarks.tracer.trouble
-
-fleet: .venv/ready  ## ten learner processes, one router, a shore station
-	$(BIN)/python -m benchmarks.service.fleet
-
-six-axes: .venv/ready  ## all axes of a vehicle file in one process at 100 Hz
-	$(BIN)/python -m benchmarks.service.six_axes
-
-feedforward: .venv/ready  ## yaw control with and without the torque that the learner gives for the plan
-	$(BIN)/python -m benchmarks.learner.feedforward
-
-thrust-faults: .venv/ready  ## how soon lost thrust is told in missions and measured logs, and how often falsely
-	$(BIN)/python -m benchmarks.learner.thrust_faults
-
-sensor-faults: .venv/ready  ## when a failing sensor is named, and what is served meanwhile
-	$(BIN)/python -m benchmarks.learner.sensor_faults
-
-soak: .venv/ready  ## half an hour: a day at sea
-	$(BIN)/python -m benchmarks.service.soak
-
-hold: .venv/ready  ## an hour: kills, damaged states, restarts, junk, floods, clients that stop, a day of data
-	$(BIN)/python -m benchmarks.service.hold
-
-recording: .venv/ready
-	$(BIN)/python -m benchmarks.service.recording
+$(STUDIES): .venv/ready  ## what a study measures is the first line of its file in benchmarks/
+	$(BIN)/python -m benchmarks.$@
 
 pictures: .venv/ready  ## every picture of README and docs, from the last demo's recording and a browser
 	test -f out/leng.rrd || $(BIN)/incsvr demo

@@ -1,4 +1,4 @@
-"""What is measured, a room each for the paper's claims, the tracer, the learner, the service and the measured vehicles.
+"""What is measured: a file each for the studies over `study.py`, and for the commands `table1` and `bench`.
 
 `results/` keeps of each study its last figures with command and date. No other package imports this one.
 """

@@ -10,122 +10,32 @@ both see the same machine at the same moment. These processes are this module's,
 from __future__ import annotations
 
 import itertools
-import subprocess
 import sys
-import tempfile
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import psutil
 import zenoh
 
+from benchmarks.learner_process import BLOCK, KEYS, PATIENCE_S, Learner, ask, learner, partner
 from incsvr.numerics import Array
 from service.bus.ingest import RING_PLACES, places
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
-from service.wire import Health, Keys, decode, measurement
-from service.wire.json_text import json_text
+from service.wire import Keys, measurement
 from simulator import leng
 from simulator.messages import messages
-from simulator.player import play, wait_for_learner
+from simulator.player import play
 
-KEYS = Keys("leng/yaw")
 QUESTIONS = 1500
 """Asked of each, in turn."""
-PATIENCE_S = 30.0
-"""How long anything may take [s] before it counts as never."""
-PARTNERS = "benchmarks.bus"
-"""This module, whose processes speak with a learner."""
-BLOCK = zenoh.CongestionControl.BLOCK
-"""What is sent waits for room: a benchmark counts what the learner loses, not what the sender never sent."""
 
 
-@dataclass(frozen=True)
-class Learner:
-    """`incsvr serve` as a process, and a session to it."""
-
-    process: psutil.Process
-    endpoint: str
-    session: zenoh.Session
-
-    def health(self, keys: Keys = KEYS) -> Health:
-        for reply in self.session.get(keys.health, timeout=PATIENCE_S):
-            if reply.ok is not None:
-                return decode(Health, reply.ok.payload.to_bytes())
-        raise RuntimeError("the learner does not answer")
-
-    def wait_for(self, received: int) -> Health:
-        """Its health once every stream has received so many values, or nothing more comes."""
-        before = -1
-        while True:
-            health = self.health()
-            counts = [health.streams[name].received for name in ("yaw_rate", "torque")]
-            if min(counts) >= received or sum(counts) == before:
-                return health
-            before = sum(counts)
-            time.sleep(2.0)
-
-    def cost(self, seconds: float) -> tuple[float, float]:
-        """Percent of one core over the time, and resident memory [MB]."""
-        self.process.cpu_percent()
-        time.sleep(seconds)
-        return self.process.cpu_percent(), self.process.memory_info().rss / 1e6
-
-
-@contextmanager
-def learner(**settings: Any) -> Iterator[Learner]:
-    """A learner in a process of its own, with durable state in a temporary directory."""
-    endpoint = free_endpoint()
-    with tempfile.TemporaryDirectory() as state, ExitStack() as stack:
-        chosen = {"state": state, "bus.listen": endpoint, **settings}
-        words = [word for name, value in chosen.items() for word in ("--set", f"{name}={json_text(value)}")]
-        served = stack.enter_context(process("service.cli.command_line", "serve", *words))
-        session = stack.enter_context(open_session(client_config_at(endpoint), PATIENCE_S))
-        wait_for_learner(session, KEYS, PATIENCE_S, threading.Event())
-        yield Learner(psutil.Process(served.pid), endpoint, session)
-
-
-@contextmanager
-def process(module: str, *words: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A Python module as a process that ends with the context."""
-    started = subprocess.Popen(
-        [sys.executable, "-m", module, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
-    )
-    with started:
-        try:
-            yield started
-        finally:
-            started.terminate()
-
-
-@contextmanager
-def partner(*words: str) -> Iterator[subprocess.Popen[bytes]]:
-    """One of PARTNERS as a process, from when it says that it is ready."""
-    with process(PARTNERS, *words) as started:
-        assert started.stdout is not None
-        started.stdout.readline()
-        yield started
-
-
-def ask(session: zenoh.Session, selector: str) -> float:
-    """How long an answer takes [s]."""
-    began = time.perf_counter()
-    replies = [reply.ok for reply in session.get(selector, timeout=PATIENCE_S)]
-    took = time.perf_counter() - began
-    if not replies or replies[0] is None:
-        raise RuntimeError(f"nobody answers {selector}")
-    return took
-
-
-def send(subject: Learner, seed: int = 1, later: float = 0.0) -> None:
-    """Leng's first training run as fast as the learner takes it, so much later than it was [s]."""
-    for name, (t, value) in leng.recording("T1", seed=seed).streams().items():
+def send(subject: Learner) -> None:
+    """Leng's first training run as fast as the learner takes it."""
+    for name, (t, value) in leng.recording("T1", seed=1).streams().items():
         for part in np.array_split(np.arange(t.size), 20):
-            payload = measurement(tuple((t[part] + later).tolist()), tuple(value[part].tolist()))
+            payload = measurement(tuple(t[part].tolist()), tuple(value[part].tolist()))
             subject.session.put(KEYS.stream(name), payload, congestion_control=BLOCK)
 
 
@@ -187,10 +97,7 @@ def start_and_end(times: int = 5) -> dict[str, Any]:
         with learner() as subject:
             ready.append(time.perf_counter() - began)
             _teach(subject)
-            subject.process.terminate()
-            began = time.perf_counter()
-            subject.process.wait()
-            ended.append(time.perf_counter() - began)
+            ended.append(subject.stop())
     return {"ready_s": round(float(np.median(ready)), 2), "ended_s": round(float(np.median(ended)), 2)}
 
 
@@ -217,7 +124,7 @@ def _stream_at(pace: int, size: int, seconds: float = 4.0) -> dict[str, Any]:
             else measurement(float(t[at]), float(value[at]), number)
             for number, at in enumerate(range(0, total, size))
         ]
-        began, cpu = time.perf_counter(), sum(subject.process.cpu_times()[:2])
+        began, cpu = time.perf_counter(), subject.processor_s()
         for number, payload in enumerate(chunks):
             for publisher in publishers:
                 publisher.put(payload)
@@ -225,13 +132,16 @@ def _stream_at(pace: int, size: int, seconds: float = 4.0) -> dict[str, Any]:
             if ahead > 0.002:
                 time.sleep(ahead)
         took = time.perf_counter() - began
-        health = subject.wait_for(total)
-        used = sum(subject.process.cpu_times()[:2]) - cpu
-        resident = subject.process.memory_info().rss / 1e6
+        before, counts = -1, [0]
+        while min(counts) < total and sum(counts) != before:  # or nothing more comes
+            time.sleep(2.0 if before >= 0 else 0.0)
+            before, health = sum(counts), subject.health()
+            counts = [health.streams[name].received for name in ("yaw_rate", "torque")]
+        used, resident = subject.processor_s() - cpu, subject.resident_mb()
     return {
         "samples_per_second_and_stream": round(total / took),
         "values_in_a_message": size,
-        "lost": 2 * total - sum(health.streams[name].received for name in ("yaw_rate", "torque")),
+        "lost": 2 * total - sum(counts),
         "lost_as_health_says": health.counters.get("rejected:lost", 0),
         "percent_of_a_core": round(100 * used / took),
         "resident_mb": round(resident),
@@ -255,10 +165,17 @@ def at_50_hz(seconds: float = 12.0) -> dict[str, Any]:
         )
         feeder.start()
         time.sleep(2.0)
-        cpu, resident = subject.cost(seconds)
+        cpu, resident = _cost(subject, seconds)
         stop.set()
         feeder.join()
     return {"percent_of_a_core": round(cpu, 2), "resident_mb": round(resident, 1)}
+
+
+def _cost(subject: Learner, seconds: float) -> tuple[float, float]:
+    """Percent of one core over the time, and resident memory [MB]."""
+    before, began = subject.processor_s(), time.perf_counter()
+    time.sleep(seconds)
+    return 100.0 * (subject.processor_s() - before) / (time.perf_counter() - began), subject.resident_mb()
 
 
 def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 10.0) -> list[dict[str, Any]]:
@@ -273,7 +190,7 @@ def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 1
         ):
             time.sleep(3.0)
             before = [subject.health(Keys(prefix)).iteration for prefix in prefixes]
-            cpu, resident = subject.cost(seconds)
+            cpu, resident = _cost(subject, seconds)
             after = [subject.health(Keys(prefix)).iteration for prefix in prefixes]
         table.append(
             {

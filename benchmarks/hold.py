@@ -16,10 +16,8 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
-import psutil
 
-from benchmarks.bus import BLOCK, KEYS, PARTNERS, PATIENCE_S, ask, process
-from benchmarks.hold_subject import Subject, fed, same
+from benchmarks.learner_process import BLOCK, KEYS, PARTNERS, PATIENCE_S, Learner, ask, fed, process, same
 from benchmarks.study import Record, run, table
 from service.bus.session import client_config_at, free_endpoint, open_session
 from service.wire import ModelSnapshot, measurement
@@ -48,7 +46,8 @@ def row(what: str, tried: int, lost: int, wrong: int, until: Sequence[float], ab
 def kills(times: int, seed: int, state: Path) -> Record:
     """Kills a learner that learns five batches a second, and asks the next one for what was published."""
     random, lost, wrong, until = np.random.default_rng(seed), 0, 0, []
-    with Subject(state) as subject, fed(subject.endpoint):
+    with Learner(state) as subject, fed(subject.endpoint):
+        subject.note()
         for _ in range(times):
             subject.wait_for(1)
             time.sleep(random.uniform(0.0, 0.4))
@@ -58,7 +57,8 @@ def kills(times: int, seed: int, state: Path) -> Record:
             served = subject.ask(KEYS.model, ModelSnapshot)
             lost += served is None or served.revision < newest  # one more may have been saved and not sent
             wrong += served is not None and served.revision == newest and not same(served, subject.published[newest])
-            missing, otherwise = subject.wrong_answers(range(max(newest - 9, 1), newest + 1))
+            received = sorted(subject.published)[-10:]  # one that was saved and not sent is in no client
+            missing, otherwise = subject.wrong_answers(each for each in received if each <= newest)
             lost, wrong = lost + missing, wrong + otherwise
         about = f"of {subject.newest} published revisions those unknown after the start; time until it is ready"
         return row("kill -9 at a random moment, and a start", times, lost, wrong + subject.twice, until, about)
@@ -67,7 +67,8 @@ def kills(times: int, seed: int, state: Path) -> Record:
 def damage(times: int, seed: int, state: Path) -> Record:
     """Damages copies of one state, and asks a learner that starts on each for the model and for all revisions."""
     random, whole, until, lost, wrong = np.random.default_rng(seed), state / "whole", [], 0, 0
-    with Subject(whole) as subject, fed(subject.endpoint):
+    with Learner(whole) as subject, fed(subject.endpoint):
+        subject.note()
         subject.wait_for(12)
         subject.kill()
         published = dict(subject.published)
@@ -76,7 +77,7 @@ def damage(times: int, seed: int, state: Path) -> Record:
         shutil.copytree(whole, copy)
         damaged(copy / f"{KEYS.prefix}.sqlite", number, random)
         began = time.monotonic()
-        with Subject(copy) as subject:
+        with Learner(copy) as subject:
             subject.published |= published
             served = subject.ask(KEYS.model, ModelSnapshot)
             missing, otherwise = subject.wrong_answers(sorted(published))
@@ -124,7 +125,8 @@ def restarts(times: int, seed: int, state: Path) -> Record:
     endpoint, until = free_endpoint(), []
     with ExitStack() as stack, ExitStack() as router:
         router.enter_context(process(PARTNERS, "router", endpoint))
-        subject = stack.enter_context(Subject(state, router=endpoint))
+        subject = stack.enter_context(Learner(state, router=endpoint))
+        subject.note()
         stack.enter_context(fed(endpoint))
         for turn in range(times):
             subject.wait_for(1)
@@ -145,7 +147,7 @@ def restarts(times: int, seed: int, state: Path) -> Record:
 def junk(times: int, seed: int, state: Path) -> Record:
     """Messages and questions that are none, on every key; the model must stay and each message be counted."""
     random = np.random.default_rng(seed)
-    with Subject(state) as subject:
+    with Learner(state) as subject:
         before, counted = _taught(subject), subject.health().counters["rejected"]
         began, wrong, inputs = time.monotonic(), 0, (KEYS.rate, KEYS.torque, KEYS.stream("depth"))
         for number in range(times):
@@ -169,9 +171,9 @@ def junk(times: int, seed: int, state: Path) -> Record:
 def flood(times: int, seed: int, state: Path) -> Record:
     """Arrays of 0.8 MB as fast as one client can send them, for so many seconds."""
     payload = measurement(tuple((np.arange(FLOOD_VALUES) / 50.0).tolist()), (0.1,) * FLOOD_VALUES)
-    with Subject(state) as subject:
+    with Learner(state) as subject:
         _taught(subject)
-        learner, sent, peak, waits = psutil.Process(subject.process.pid), 0, 0.0, list[float]()
+        sent, peak, waits = 0, 0.0, list[float]()
         with open_session(client_config_at(subject.endpoint), PATIENCE_S) as stranger:
             until = time.monotonic() + times
             while time.monotonic() < until:
@@ -179,7 +181,7 @@ def flood(times: int, seed: int, state: Path) -> Record:
                     stranger.put(KEYS.stream("depth"), payload, congestion_control=BLOCK)
                 sent += 20
                 waits.append(ask(subject.session, f"{KEYS.damping}?rate=0.1"))
-                peak = max(peak, learner.memory_info().rss / 1e6)
+                peak = max(peak, subject.resident_mb())
         known, lost = 0, 0
         while known < sent and time.monotonic() < until + 2.0 * PATIENCE_S:
             health = subject.health()
@@ -191,12 +193,13 @@ def flood(times: int, seed: int, state: Path) -> Record:
 
 def day(times: int, seed: int, state: Path) -> Record:
     """So many hours of data at top speed: the learner's memory, and what it loses."""
-    with Subject(state) as subject, fed(subject.endpoint, BATCHES_PER_S):
-        learner, memory = psutil.Process(subject.process.pid), list[float]()
+    with Learner(state) as subject, fed(subject.endpoint, BATCHES_PER_S):
+        subject.note()
+        memory = list[float]()
         subject.wait_for(1)
         began, first = time.monotonic(), subject.health().t or 0.0
         while ((health := subject.health()).t or 0.0) - first < 3600.0 * times:
-            memory.append(learner.memory_info().rss / 1e6)
+            memory.append(subject.resident_mb())
             time.sleep(1.0)
         third = max(len(memory) // 3, 1)
         means = [float(np.mean(part)) for part in (memory[third : 2 * third] or memory, memory[2 * third :] or memory)]
@@ -206,8 +209,9 @@ def day(times: int, seed: int, state: Path) -> Record:
         return row(f"{times} h of data at top speed", 1, health.counters["rejected"], wrong, [], about)
 
 
-def _taught(subject: Subject) -> ModelSnapshot:
+def _taught(subject: Learner) -> ModelSnapshot:
     """Has the learner learn two batches, from which nothing is on its way; its model."""
+    subject.note()
     with fed(subject.endpoint):
         subject.wait_for(2)
     before = -1

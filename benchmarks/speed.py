@@ -21,7 +21,7 @@ import numpy as np
 import psutil
 import zenoh
 
-from benchmarks.bus import PATIENCE_S, partner, process
+from benchmarks.learner_process import PATIENCE_S, partner, process
 from benchmarks.study import Record, run, table
 from incsvr.plant.axes import AXES
 from incsvr.vehicle import Parameter, Vehicle

@@ -19,9 +19,7 @@ import multiprocessing
 import os
 import platform
 import shlex
-import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from datetime import UTC, datetime
@@ -112,13 +110,7 @@ def provenance(command: str, *packages: str) -> Record:
     }
 
 
-def in_processes(
-    examine: Callable[[Case], Result],
-    cases: Sequence[Case],
-    what: str,
-    processes: int,
-    minutes: float = float("inf"),
-) -> list[Result]:
+def in_processes(examine: Callable[[Case], Result], cases: Sequence[Case], what: str, processes: int) -> list[Result]:
     """What `examine` makes of each case, in their order, with a progress bar on standard error.
 
     Args:
@@ -126,26 +118,19 @@ def in_processes(
         cases: to examine.
         what: the cases are, for the bar.
         processes: at most so many at once.
-        minutes: no further case begins after so many; those cases have no result.
     """
-    ends = time.monotonic() + 60.0 * minutes
     results: list[Result] = []
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the processes are the parallel ones
     with progress(what, len(cases)) as advance:
         if processes == 1:
             for case in cases:
-                if time.monotonic() >= ends:
-                    break
                 results.append(examine(case))
                 advance()
             return results
         with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
-            for first in range(0, len(cases), processes):
-                if time.monotonic() >= ends:
-                    break
-                for result in pool.map(examine, cases[first : first + processes]):
-                    results.append(result)
-                    advance()
+            for result in pool.map(examine, cases):
+                results.append(result)
+                advance()
     return results
 
 
@@ -199,42 +184,3 @@ def _processor() -> str:
     except OSError:
         return platform.processor()
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
-
-
-# Of the studies that are not yet written over `run`; leaves with the last of them.
-CORES = os.cpu_count() or 1
-
-
-def options(module: str, about: str | None, /, **numbers: tuple[int | float, str]) -> argparse.ArgumentParser:
-    """The options of a study."""
-    parser = argparse.ArgumentParser(
-        prog=f"python -m {module}", description=about, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    for name, (default, meaning) in numbers.items():
-        parser.add_argument(f"--{name.replace('_', '-')}", type=type(default), default=default, help=meaning)
-    parser.add_argument("--out", type=Path, default=RESULTS, metavar="FOLDER", help="where its page is written")
-    return parser
-
-
-def begin(
-    parser: argparse.ArgumentParser, words: Sequence[str] | None, *packages: str
-) -> tuple[argparse.Namespace, Record]:
-    """The options that were given, and where and when the study was begun with them."""
-    given = sys.argv[1:] if words is None else list(words)
-    return parser.parse_args(given), provenance(shlex.join([*parser.prog.split(), *given]), *packages)
-
-
-def revision() -> str:
-    """The commit that is measured."""
-    told = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], cwd=RESULTS.parent, capture_output=True, text=True, check=False
-    )
-    return told.stdout.strip() or "unknown"
-
-
-def publish(folder: Path, name: str, document: Mapping[str, Any], text: str) -> None:
-    """Writes a study for programs and for people, and prints the latter."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{name}.json").write_text(json_text(document, indent=1) + "\n", encoding="utf-8")
-    (folder / f"{name}.md").write_text(text, encoding="utf-8")
-    print(text, end="")

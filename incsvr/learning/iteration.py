@@ -15,9 +15,8 @@ from incsvr.signals.samples import Samples
 class Settings:
     """The settings of the learner. The numbers are the paper's: γ, C, ε as tuned in Section IV-B, the rest from III-C.
 
-    So is the policy. "weighted" (policies/weighted.py) comes nearer to the truth in every simulated row of
-    `python -m benchmarks.learner.policy`, but not yet in every measured one: the paper's stays the default until it
-    does.
+    So is the policy. "weighted" (policies/weighted.py) comes nearer to the truth in every scenario of
+    `python -m benchmarks.paper`, but did not on every measured recording: the paper's stays the default until it does.
 
     Attributes:
         gamma: kernel width γ [(rad/s)⁻²].

@@ -1,1 +1,0 @@
-"""The curve that is learned: speed, bands, policies, several velocities, forecasts, and sensors that fail."""
