@@ -22,7 +22,8 @@ import numpy as np
 
 from benchmarks.study import Record, grouped, run, share, table
 from incsvr.vehicle import compare, on_grid
-from simulator.six_degrees import BODIES, NAMES, swim_together
+from simulator.dive_log import dives
+from simulator.vehicles import BODIES, NAMES
 
 DIVES = 4
 """Dives of each simulated vehicle."""
@@ -51,7 +52,7 @@ def examine(case: Case) -> Record:
     axis = str(rng.choice(list(vehicle.effort)))
     more = np.where(np.array(NAMES) == axis, factor, 1.0)
     later = replace(vehicle, linear=vehicle.linear * more, quadratic=vehicle.quadratic * more)
-    logs = swim_together([vehicle if k < DIVES // 2 else later for k in range(DIVES)], seconds, rng)
+    logs = dives([vehicle if k < DIVES // 2 else later for k in range(DIVES)], seconds, seed)
     step = on_grid(logs).step
     found = compare([on_grid([log], step) for log in logs], [str(k) for k in range(DIVES)])
     reported = [[int(dive), quantity.axis, quantity.kind] for dive, quantity, _ in found.changes]

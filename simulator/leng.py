@@ -28,7 +28,6 @@ from incsvr.plant import Thruster, thruster_torque
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.signals.samples import Samples
 from service.recordings.recording import Recording, from_streams
-from simulator.noise import lasting_noise
 
 INERTIA = 350.0
 """I, dry and added mass [kg m²]."""
@@ -169,6 +168,15 @@ def lasting(memory: float, step: float, size: int, rng: np.random.Generator) -> 
     kept = exp(-step / memory)
     first = float(rng.standard_normal())
     return np.append(first, lasting_noise(first, kept, sqrt(1.0 - kept**2) * rng.standard_normal(size))[:-1])
+
+
+def lasting_noise(value: float, kept: float, kicks: Array) -> Array:
+    """(n,) values xₖ = kept · xₖ₋₁ + kickₖ that follow a first one, which is not among them."""
+    values = list[float]()
+    for kick in kicks.tolist():
+        value = kept * value + kick
+        values.append(value)
+    return np.array(values)
 
 
 def _inflow(rate: Array) -> tuple[Array, ...]:

@@ -16,14 +16,19 @@ from service.config.sources import from_arguments
 from service.config.vehicle_file import read_vehicle
 from service.recordings.manoeuvre import read_manoeuvre, read_plan
 from service.recordings.reading import Reading, add_log_arguments
-from service.recordings.recording import Recording, of_axis, sequence
+from service.recordings.recording import Recording, from_streams, of_axis, sequence
 from service.recordings.recording_csv import write
 from service.wire.json_text import json_text, write_json
-from simulator import leng, planar, underway
+from simulator import leng, underway
+from simulator.dive_log import dives
 from simulator.messages import Faults, messages
 from simulator.replay import add_player_arguments, placed, play_to_learner
 from simulator.steered import steered
+from simulator.vehicles import PLANAR
 from simulator.whole_vehicle import moved_by
+
+PLANAR_DURATION_S = 600.0
+"""Length of the run `planar`, of a vehicle whose damping couples surge, sway and yaw [s]."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -100,7 +105,7 @@ def run(args: argparse.Namespace) -> int:
     names = scenario.runs if manoeuvre is None else ()
     runs = [] if manoeuvre is None else [steered(args.torque.stem, *manoeuvre, scenario.seed)]
     runs += [
-        planar.recording(scenario.seed, vehicle=planar.DEFAULT)
+        from_streams("planar", dives([PLANAR], PLANAR_DURATION_S, scenario.seed)[0])
         if name == "planar"
         else leng.recording(name, scenario.seed)
         for name in names

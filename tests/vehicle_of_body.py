@@ -8,7 +8,8 @@ import numpy as np
 
 from incsvr.plant.terms import own_damping, restoring
 from incsvr.vehicle import Parameter, Vehicle
-from simulator.six_degrees import NAMES, Body
+from simulator.vehicles import NAMES
+from simulator.vehicles import Vehicle as Body
 
 FASTEST = (1.0, 0.85, 0.85, 2.1, 3.2, 2.7)
 """How fast the small ROV goes under its largest efforts [m/s], [rad/s]."""

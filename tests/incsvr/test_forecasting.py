@@ -27,7 +27,9 @@ from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, synchronise
 from incsvr.tracing.model import TracedModel
 from service.recordings import samples_from_recording
-from simulator import leng, planar
+from simulator import leng
+from simulator.vehicles import planar
+from tests import worlds
 
 INERTIA, STEP = 24.0, 0.05
 
@@ -201,8 +203,8 @@ def test_with_effects_the_mean_is_that_of_the_traced_model(terms: tuple[Term, ..
 
 
 def test_among_other_velocities_the_mean_is_that_of_the_free_run() -> None:
-    run = planar.recording(910103, 120.0)
-    inertia, streams = planar.Planar.drawn(910103).inertia, run.streams()
+    run = worlds.planar(910103, 120.0)
+    inertia, streams = planar(910103).inertia, run.streams()
     settings = Settings(policy="weighted", own="yaw_rate", others=("surge", "sway"))
     signals = SignalSettings(inertia=inertia, channels=("surge", "sway"))
     samples, _ = synchronise(signals, streams)

@@ -11,12 +11,12 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.tracing.gyro import check_gyro
 from service.recordings.recording_csv import read
-from simulator.trial import Trial, play
-from simulator.trial_command import EXCITATIONS
+from simulator.plans import OPEN_LOOP
+from tests.worlds import trial
 
 
 def streams(excitation: str = "multisine", vehicle: str = "leng") -> tuple[Array, Array, Array]:
-    columns = play(Trial(3, (), 1.0, vehicle, excitation, 0.9, 300.0)).recording
+    columns = trial(3, (), vehicle, excitation, 300.0).recording
     turned, pushed = np.isfinite(columns.columns["yaw_rate"]), np.isfinite(columns.columns["torque"])
     time = columns.time[turned]
     torque = np.interp(time, columns.time[pushed], columns.columns["torque"][pushed])
@@ -51,7 +51,7 @@ def test_a_clipped_gyro_is_named_with_its_limit(sides: tuple[float, float]) -> N
 
 
 @pytest.mark.parametrize("vehicle", ["leng", "small"])
-@pytest.mark.parametrize("excitation", EXCITATIONS)
+@pytest.mark.parametrize("excitation", OPEN_LOOP)
 def test_a_coarse_gyro_is_no_broken_one(excitation: str, vehicle: str) -> None:
     time, rate, torque = streams(excitation, vehicle)
     check_gyro("run", time, rate, torque)

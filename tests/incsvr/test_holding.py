@@ -14,34 +14,33 @@ from incsvr.free_run.output_error import identify
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
 from incsvr.signals.samples import Samples
-from simulator import slow_commands
+from tests.worlds import ROV, slow
 
-SETTINGS = SignalSettings(
-    inertia=slow_commands.INERTIA, sample_period=0.1, smoothing=0.15, lateness=0.0, rate_limit=6.0
-)
+SETTINGS = SignalSettings(inertia=ROV.inertia, sample_period=0.1, smoothing=0.15, lateness=0.0, rate_limit=6.0)
+STEP = 0.005
 Streams = dict[str, tuple[Array, Array]]
 
 
 def error(samples: Samples) -> float:
     """The median error of the samples between 0.4 and 0.6 rad/s, as a part of the damping there."""
     near = np.abs(np.abs(samples.yaw_rate) - 0.5) < 0.1
-    true = slow_commands.damping(samples.yaw_rate[near])
+    true = ROV.damping(samples.yaw_rate[near])
     return float(np.median(samples.damping[near] / true)) - 1.0
 
 
 @pytest.mark.parametrize("every", [0.5, 0.2])
 @pytest.mark.parametrize("torque", [None, "commanded"])
 def test_a_slow_command_that_holds_gives_samples_that_are_right(every: float, torque: str | None) -> None:
-    streams = slow_commands.recording(4, every).streams()
+    streams = slow(4, every).streams()
     samples, _ = synchronise(replace(SETTINGS, torque=torque), streams)  # type: ignore[arg-type]
     assert len(samples) > 400
     assert abs(error(samples)) < 0.03
-    assert np.max(np.abs(samples.damping - slow_commands.damping(samples.yaw_rate))) < 0.5
+    assert np.max(np.abs(samples.damping - ROV.damping(samples.yaw_rate))) < 0.5
     assert resolution_fault(samples, SETTINGS.smoothing) is None
 
 
 def test_on_a_line_between_its_messages_it_is_wrong_and_that_is_said() -> None:
-    streams = slow_commands.recording(4, 0.5).streams()
+    streams = slow(4, 0.5).streams()
     settings = replace(SETTINGS, torque="measured", smoothing=0.45)
     samples, _ = synchronise(settings, streams)
     assert error(samples) > 0.2
@@ -57,16 +56,16 @@ def test_a_command_that_is_logged_when_it_is_given_holds_to_the_stamp_of_the_nex
     random = np.random.default_rng(5)
     given = 0.25 * np.arange(1600, dtype=np.float64)
     command = 3.0 * np.sin(0.7 * given) + random.normal(0.0, 1.0, given.size)
-    time: Array = slow_commands.STEP * np.arange(given.size * 50, dtype=np.float64)
+    time: Array = STEP * np.arange(given.size * 50, dtype=np.float64)
     rate, rates = 0.0, np.empty(time.size)
     for k, torque in enumerate(np.repeat(command, 50).tolist()):
         rates[k] = rate
-        rate += slow_commands.STEP / slow_commands.INERTIA * (torque - 0.6 * rate - 1.6 * rate * abs(rate))
+        rate += STEP / ROV.inertia * (torque - 0.6 * rate - 1.6 * rate * abs(rate))
     streams: Streams = {"yaw_rate": (time[::10], rates[::10]), "torque": (given, command)}
     off = {}
     for kind in ("commanded", "measured"):
         samples, _ = synchronise(replace(SETTINGS, torque=kind), streams)
-        off[kind] = float(np.std(samples.damping - slow_commands.damping(samples.yaw_rate)))
+        off[kind] = float(np.std(samples.damping - ROV.damping(samples.yaw_rate)))
     assert off["commanded"] < 0.15
     assert off["measured"] > 3.0 * off["commanded"]
 
@@ -74,7 +73,7 @@ def test_a_command_that_is_logged_when_it_is_given_holds_to_the_stamp_of_the_nex
 @pytest.mark.parametrize("torque", [None, "commanded"])
 @pytest.mark.parametrize(("lateness", "every"), [(0.0, 0.5), (0.7, 0.5), (0.2, 2.5)])
 def test_bundling_makes_no_difference(torque: str | None, lateness: float, every: float) -> None:
-    streams = slow_commands.recording(6, every, changes=(1.6 * every, 4.8 * every), duration=60.0).streams()
+    streams = slow(6, every, changes=(1.6 * every, 4.8 * every), duration=60.0).streams()
     settings = replace(SETTINGS, torque=torque, lateness=lateness)  # type: ignore[arg-type]
     whole, _ = synchronise(settings, streams)
     random, one = np.random.default_rng(7), Synchroniser(settings)
@@ -95,7 +94,7 @@ def test_bundling_makes_no_difference(torque: str | None, lateness: float, every
 
 
 def test_a_torque_that_never_repeats_is_no_command_that_was_seen_to_hold() -> None:
-    streams = slow_commands.recording(8, 0.2, duration=60.0).streams()
+    streams = slow(8, 0.2, duration=60.0).streams()
     stamps, values = streams["torque"]
     noisy = {**streams, "torque": (stamps, values + np.random.default_rng(9).normal(0.0, 1e-6, values.size))}
     followed, _ = synchronise(SETTINGS, noisy)
@@ -104,5 +103,5 @@ def test_a_torque_that_never_repeats_is_no_command_that_was_seen_to_hold() -> No
 
 
 def test_where_the_command_held_the_inertia_is_told_however_slowly_it_comes() -> None:
-    estimate = identify(held_motions(slow_commands.recording(10, 0.5).streams(), 0.5))
-    assert abs(estimate.inertia - slow_commands.INERTIA) < 0.02
+    estimate = identify(held_motions(slow(10, 0.5).streams(), 0.5))
+    assert abs(estimate.inertia - ROV.inertia) < 0.02

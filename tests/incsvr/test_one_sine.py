@@ -8,8 +8,7 @@ import pytest
 from incsvr.numerics import Array
 from incsvr.tracing import trace
 from incsvr.tracing.run import Run
-from simulator.trial import Trial, play
-from tests.incsvr.trials import named
+from tests.worlds import as_run, trial
 
 INERTIA = 300.0
 PERIOD = 0.05
@@ -60,4 +59,5 @@ def test_a_rotors_lag_is_found_in_a_noisy_torque(seed: int) -> None:
 @pytest.mark.parametrize("seed", [948_300])
 def test_how_the_streams_were_sampled_makes_no_effect(seed: int) -> None:
     """Commands stand for longer than a sample of the sensor: on one sine that delay looks like water that remembers."""
-    assert named(play(Trial(seed, (), 1.0, "small", "sine", 0.0, 500.0, "measured"))) == set()
+    outcome = trial(seed, (), "small", "sine", 500.0)
+    assert trace([as_run(outcome.recording)], inertia=outcome.inertia, torque="measured").effects == ()

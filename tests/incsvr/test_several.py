@@ -25,18 +25,21 @@ from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 from service.learner.published import ServedModel, snapshot
 from service.recordings.samples_from_recording import samples_of
-from simulator import leng, planar
+from simulator import leng
+from simulator.vehicles import Vehicle as Body
+from simulator.vehicles import planar
+from tests import worlds
 from tests.incsvr.learning import Policy, batches, policies, rms, run, stream
 
 OTHERS = ("surge", "sway")
 
 
 @cache
-def vehicle(seed: int = 910103) -> tuple[planar.Planar, Samples, Samples]:
+def vehicle(seed: int = 910108) -> tuple[Body, Samples, Samples]:
     """A simulated vehicle with coupled damping, its samples, and those of another run of it."""
-    body = planar.Planar.drawn(seed)
+    body = planar(seed)
     signals = replace(leng.SIGNALS, inertia=body.inertia)
-    runs = [planar.recording(seed, 400.0, run) for run in (1, 2)]
+    runs = [worlds.planar(seed, 400.0, run) for run in (1, 2)]
     there, here = (samples_of(each, signals, None, None, OTHERS)[0] for each in runs)
     return body, there, here
 
@@ -48,7 +51,7 @@ def learned(policy: Policy, others: tuple[str, ...] = OTHERS, capacity: int = 60
 
 def truth(samples: Samples) -> Array:
     u, v = samples.channels["surge"], samples.channels["sway"]
-    return planar.truth(vehicle()[0], u, v, samples.yaw_rate, with_munk=True)
+    return vehicle()[0].yaw_damping(u, v, samples.yaw_rate, with_munk=True)
 
 
 @pytest.mark.parametrize("n", [60, MAX_WHOLE_SAMPLES + 40])
@@ -229,7 +232,7 @@ def test_what_the_other_velocities_take_is_told_from_the_first_batch_on() -> Non
     nothing = Samples(np.empty(0), np.empty(0), np.empty(0), dict.fromkeys(OTHERS, np.empty(0)))
     freed = by_itself(Settings(others=OTHERS), np.zeros(2), nothing, first, Noise.start((-0.25, 0.25)))
     r, rest = first.yaw_rate, np.zeros(len(first))
-    own = planar.truth(body, first.channels["surge"], rest, r, with_munk=False)
+    own = body.yaw_damping(first.channels["surge"], rest, r, with_munk=False)
     slope, raw, true = (float(y @ r) / float(r @ r) for y in (freed.damping, first.damping, own))
     assert abs(slope - true) < 0.5 * abs(raw - true)
 

@@ -12,7 +12,11 @@ from incsvr.tracing import trace
 from incsvr.tracing.run import Run
 from incsvr.tracing.torque_nature import Loop, declared_nature, of_this_gyro
 from incsvr.tracing.trace import nature_of
-from simulator.missions import Mission, play
+from service.recordings.recording import from_streams
+from simulator.mission import Mission
+from simulator.sensors import GYRO_NOISE, Sensor, schedule
+from simulator.vehicles import TURNING
+from simulator.world import play
 from tests.incsvr.turning import INERTIA, command, instants, turning
 
 TIME = instants(600.0)
@@ -37,9 +41,12 @@ def test_a_controller_of_this_gyro_closes_the_loop() -> None:
 @pytest.mark.slow
 def test_where_the_controller_has_another_gyro_nothing_is_sought_and_that_is_said() -> None:
     """A survey whose log holds another gyro than the controller's, with nothing hidden."""
-    outcome = play(Mission("survey", "auv", 5, separate_gyro=True, duration=600.0))
-    columns = outcome.recording.columns
-    run = Run("survey", outcome.recording.time, columns["yaw_rate"], columns["torque"])
+    outcome = play(Mission(TURNING["auv"], "survey", 5, duration=600.0))
+    commands, other = outcome.recording.streams()["torque"], Sensor("yaw_rate", 10.0, GYRO_NOISE, phase=0.4)
+    samples = schedule(other, 600.0, np.random.default_rng(5))
+    rate = np.interp(samples.at, outcome.time, outcome.true("yaw_rate")) + samples.error
+    log = from_streams("survey", {"yaw_rate": (samples.stamps, rate), "torque": commands})
+    run = Run("survey", log.time, log.columns["yaw_rate"], log.columns["torque"])
     assert not of_this_gyro([run])
     _, loop = nature_of([run], outcome.inertia, [], None)
     assert loop is Loop.OTHER_GYRO

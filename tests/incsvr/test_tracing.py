@@ -18,22 +18,16 @@ from incsvr.tracing.findings import Trace
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline
-from service.recordings.recording import Recording
 from service.recordings.recording_csv import read
-from simulator.trial import Trial, play
+from tests.worlds import as_run, trial
 
 PUBLISHED = 1.125
 """Moment of inertia of the measured ROV, as published [kg m²]."""
 
 
-def as_run(recording: Recording) -> Run:
-    columns = dict(recording.columns)
-    return Run(recording.name, recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
-
-
 @cache
 def traced(*effects: str, vehicle: str = "leng", excitation: str = "multisine", seed: int = 11) -> Trace:
-    outcome = play(Trial(seed, effects, 1.0, vehicle, excitation, 0.5, 360.0))
+    outcome = trial(seed, effects, vehicle, excitation)
     return trace([as_run(outcome.recording)], inertia=outcome.inertia)
 
 
@@ -54,7 +48,7 @@ def test_names_what_is_hidden_and_proves_it(effect: str) -> None:
 
 @pytest.mark.parametrize("effects", [("torque_lag",), ()])
 def test_a_trace_that_is_asked_for_effects_alone_is_the_same_or_none(effects: tuple[str, ...]) -> None:
-    whole, outcome = traced(*effects), play(Trial(11, effects, 1.0, "leng", "multisine", 0.5, 360.0))
+    whole, outcome = traced(*effects), trial(11, effects, kind="multisine")
     found = trace_if_found([as_run(outcome.recording)], inertia=outcome.inertia)
     assert (None if found is None else found.to_dict()) == (whole.to_dict() if whole.effects else None)
     assert (found is None) == (not effects)
@@ -104,8 +98,8 @@ def test_the_model_with_effects_is_one_value() -> None:
 
 @pytest.mark.slow
 def test_a_validation_recording_is_where_the_proof_happens() -> None:
-    outcome = play(Trial(21, ("bias_torque",), 1.0, "leng", "multisine", 0.0, 360.0))
-    other = play(Trial(21, ("bias_torque",), 1.0, "leng", "steps", 0.0, 240.0))
+    outcome = trial(21, ("bias_torque",), kind="multisine")
+    other = trial(21, ("bias_torque",), kind="steps", duration=240.0)
     found = trace([as_run(outcome.recording)], inertia=outcome.inertia, validate=[as_run(other.recording)])
     assert found.error["validated_on"] == "recordings"
     assert sum(t.size for t in found.pictures.after.time) > 50

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import simulator.dive_log
+from incsvr.plant.axes import EFFORTS, VELOCITIES
 from service.cli.command_line import main
 from service.recordings.recording_csv import read
 from simulator.dive_log import write_dive
-from simulator.six_degrees import EFFORTS, RATES
 
 
 def test_the_logs_of_two_seeds_are_dives_of_one_vehicle(
@@ -23,7 +23,7 @@ def test_the_logs_of_two_seeds_are_dives_of_one_vehicle(
     body = write_dive(two, "rov", 2)
     assert f"surge {body.mass[0, 0]:.3g}, sway {body.mass[1, 1]:.3g}" in capsys.readouterr().out
     streams, others = read(one).streams(), read(two).streams()
-    assert {*RATES, *EFFORTS, "roll", "pitch", "heading"} == {*streams}
+    assert {*VELOCITIES, *EFFORTS, "roll", "pitch", "heading"} == {*streams}
     assert not np.array_equal(streams["surge_force"][1], others["surge_force"][1])
 
 

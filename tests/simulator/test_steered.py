@@ -17,7 +17,7 @@ from service.recordings.manoeuvre import next_manoeuvre, read_manoeuvre, write_m
 from service.recordings.recording_csv import read, write
 from simulator import leng
 from simulator.steered import MAX_TORQUE, REVERSE_EFFICIENCY, steered, write_log
-from simulator.trial import Trial, play
+from tests.worlds import trial
 
 
 def finding(manoeuvre: str) -> Finding:
@@ -50,7 +50,7 @@ def test_the_manoeuvre_that_tells_a_tie_apart_is_a_file_that_is_read_again(
 ) -> None:
     """Under one sine a delay and a lag look alike; steps tell them apart."""
     log, path = tmp_path / "dive.csv", tmp_path / "next.csv"
-    outcome = play(Trial(5, ("torque_delay",), excitation="sine", duration=240.0, noise="commanded"))
+    outcome = trial(5, ("torque_delay",), kind="sine", duration=240.0, measured=False)
     write(log, outcome.recording)
     assert main(["trace", str(log), "--inertia", str(outcome.inertia), "--manoeuvre", str(path)]) == 0
     said = capsys.readouterr().out

@@ -19,7 +19,8 @@ from service.cli.command_line import main
 from service.config.vehicle_file import write_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import read, write
-from simulator.six_degrees import BODIES, NAMES, swim
+from simulator.dive_log import dives
+from simulator.vehicles import BODIES, NAMES
 from simulator.whole_vehicle import moved_by
 from tests.vehicle_of_body import vehicle_of
 
@@ -32,7 +33,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a vehicle file and a dive of that vehicle."""
     folder = tmp_path_factory.mktemp("vehicle")
     write_vehicle(folder / "auv.yaml", VEHICLE)
-    log = swim(BODY, 100.0, np.random.default_rng(72))
+    (log,) = dives([BODY], 100.0, 72, along=0.0, about=0.0)
     write(folder / "dive.csv", from_streams("dive", log))
     return folder
 

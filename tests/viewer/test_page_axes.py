@@ -12,7 +12,7 @@ import pytest
 from service import wire
 from service.bus.session import client_config_at
 from service.config.vehicle_file import write_vehicle
-from simulator.six_degrees import BODIES
+from simulator.vehicles import BODIES
 from tests.service.conftest import benches
 from tests.vehicle_of_body import vehicle_of
 from tests.viewer.test_page import drawn

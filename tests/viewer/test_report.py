@@ -18,7 +18,7 @@ from incsvr.tracing.findings import UnexplainedChannel
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline, limits
 from service.commands.trace import text
-from simulator.trial import Trial, play
+from tests.worlds import trial
 from viewer.report import write
 from viewer.report.charts import DRAWN_PIECES, free_runs, hint, told_apart
 from viewer.report.derivatives import derivatives
@@ -46,7 +46,7 @@ class Text(HTMLParser):
 
 def traced(rate_name: str) -> Trace:
     """A simulated turn with a constant torque that is not declared, traced as the motion of this velocity."""
-    outcome = play(Trial(seed=3, effects=("bias_torque",), size=2.0, duration=360.0))
+    outcome = trial(3, ("bias_torque",), size=2.0)
     columns = dict(outcome.recording.columns)
     run = Run("run", outcome.recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns, rate_name)
     return trace([run], inertia=outcome.inertia)

@@ -14,7 +14,7 @@ from service import wire
 from service.cli.command_line import main
 from service.cli.output import WIDTH
 from service.config.vehicle_file import write_vehicle
-from simulator.six_degrees import BODIES
+from simulator.vehicles import BODIES
 from tests.service.conftest import Bench, StartBench
 from tests.vehicle_of_body import vehicle_of
 

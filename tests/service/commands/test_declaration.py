@@ -15,10 +15,8 @@ from service.cli.command_line import main
 from service.commands.declaration import judge_declaration
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read, write
-from simulator import leng, slow_commands
-from simulator.missions import Mission, play
-from simulator.trial import Trial
-from simulator.trial import play as play_trial
+from simulator import leng
+from tests.worlds import ROV, mission, slow, trial
 
 STEP = 0.01
 FLAG = "--column torque=…*SCALE"
@@ -49,7 +47,7 @@ def scaled(recording: Recording, scale: float, offset: float = 0.0) -> Recording
 @pytest.fixture(scope="module")
 def rov() -> Recording:
     """A small ROV of 0.6 kg m² under up to 8 N m."""
-    return slow_commands.recording(4, 0.05, duration=120.0)
+    return slow(4, 0.05, duration=120.0)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +83,7 @@ def test_a_servos_pulse_is_no_torque(rov: Recording) -> None:
     "outcome",
     [
         lambda: (leng.recording("T1", 0), leng.INERTIA),
-        lambda: (slow_commands.recording(5, 0.2), slow_commands.INERTIA),
+        lambda: (slow(5, 0.2), ROV.inertia),
         *(
             lambda kind=kind: _mission(kind)
             for kind in ("survey", "transit", "waypoints", "station", "bursts", "one_sided")
@@ -101,12 +99,12 @@ def test_of_what_is_declared_right_nothing_is_said(outcome: Callable[[], tuple[R
 
 
 def _mission(kind: str) -> tuple[Recording, float]:
-    played = play(Mission(kind, "auv", 5, duration=400.0))
+    played = mission(kind, "auv", 5, 400.0)
     return played.recording, played.inertia
 
 
 def _trial(effect: str) -> tuple[Recording, float]:
-    played = play_trial(Trial(seed=5, effects=(effect,), duration=200.0))
+    played = trial(5, (effect,), duration=200.0)
     return played.recording, played.inertia
 
 

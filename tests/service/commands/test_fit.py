@@ -15,7 +15,8 @@ from service.config.sources import read
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from service.recordings.samples_from_recording import learn
-from simulator import leng, planar
+from simulator import leng
+from tests.worlds import planar
 
 
 @pytest.fixture(scope="module")
@@ -217,7 +218,7 @@ def test_damping_over_several_velocities_from_files(capsys: pytest.CaptureFixtur
     """A part of the error, free runs that follow, and a configuration with which `serve` goes on."""
     runs = [tmp_path / f"{run}.csv" for run in (1, 2)]
     for run, path in enumerate(runs, start=1):
-        write(path, planar.recording(910130, 150.0, run, planar.DEFAULT))
+        write(path, planar(910130, 150.0, run, usual=True))
     words = (runs[0], "--validate", runs[1], "--policy", "weighted")
     alone = fit(capsys, *words)
     written = tmp_path / "several.yaml"

@@ -13,14 +13,14 @@ from service.cli.command_line import main
 from service.config.sources import read
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
-from simulator import slow_commands
+from tests.worlds import slow
 
 
 def quick(folder: Path, every: float, changes: tuple[float, float], noise: float) -> tuple[str, str]:
     """Two logs of a small vehicle, whose torque comes so often [s] and never repeats itself."""
     paths = []
     for seed in (4, 5):
-        recording = slow_commands.recording(seed, every, changes=changes, duration=300.0)
+        recording = slow(seed, every, changes, 300.0)
         time, torque = recording.streams()["torque"]
         torque = torque + noise * np.random.default_rng(seed).standard_normal(torque.size)
         path = folder / f"{seed}.csv"

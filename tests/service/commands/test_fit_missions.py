@@ -13,18 +13,17 @@ from service.cli.command_line import main
 from service.commands.fit_result import Fit
 from service.recordings.recording_csv import RATE_LIMIT, write
 from service.recordings.samples_from_recording import signals_for
-from simulator import slow_commands
-from simulator.missions import Mission, play
 from tests.service.commands.test_fit import fit
+from tests.worlds import ROV, mission, slow
 
 
 @pytest.mark.parametrize("policy", ["paper", "weighted"])
-@pytest.mark.parametrize("kind", ["station", "on_deck"])
+@pytest.mark.parametrize("kind", ["station", "carried"])
 def test_too_little_motion_is_refused_with_its_figures_and_a_manoeuvre(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, kind: str, policy: str
 ) -> None:
     path = tmp_path / "still.csv"
-    write(path, play(Mission(kind, "auv", 1, duration=400.0)).recording)
+    write(path, mission(kind, "auv", 1, 400.0).recording)
     assert main(["fit", str(path), "--inertia", "24", "--policy", policy]) == 2
     said = capsys.readouterr().err.strip()
     assert "too little motion" in said
@@ -37,14 +36,14 @@ def test_too_little_motion_is_refused_with_its_figures_and_a_manoeuvre(
 def test_a_survey_in_closed_loop_gives_its_curve_and_says_that_its_inertia_is_none(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    survey, path = play(Mission("survey", "auv", 2, duration=900.0)), tmp_path / "survey.csv"
+    survey, path = mission("survey", "auv", 2, 900.0), tmp_path / "survey.csv"
     write(path, survey.recording)
     result = fit(capsys, path, "--inertia", "24")
     assert not any("closed loop" in remark for remark in result["remarks"])
     curve = {name: np.array(values) for name, values in result["curve"].items()}
     assert [curve["rate"][0], curve["rate"][-1]] == result["trained_range"]
     true = survey.damping(curve["rate"])
-    allowed = np.maximum(0.1 * np.abs(true), 1.5 * survey.water_rms)
+    allowed = np.maximum(0.1 * np.abs(true), 1.5 * survey.water_rms[5])
     assert (np.abs(curve["damping"] - true) <= allowed).all()
     assert np.mean(np.abs(curve["damping"] - true) <= 1.96 * curve["doubt"]) >= 0.9
     for name, expected in (("N_r", 9.0), ("N_r|r|", 26.0)):
@@ -56,18 +55,12 @@ def test_a_survey_in_closed_loop_gives_its_curve_and_says_that_its_inertia_is_no
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "mission",
-    [
-        Mission("survey", "rov", 5101),
-        Mission("transit", "auv", 5003),
-        Mission("waypoints", "rov", 5007),
-        Mission("one_sided", "rov", 780601, duration=900.0),
-    ],
-    ids=lambda mission: f"{mission.kind} {mission.vehicle}",
+    ("kind", "vehicle", "seed"),
+    [("survey", "rov", 5101), ("transit", "auv", 5003), ("waypoints", "rov", 5007), ("one_sided", "rov", 780601)],
 )
-def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(mission: Mission) -> None:
+def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(kind: str, vehicle: str, seed: int) -> None:
     """The water moves the vehicle for most of the time, and a controller answers it: no sensor fails by that."""
-    outcome = play(mission)
+    outcome = mission(kind, vehicle, seed, 900.0)
     signals = signals_for([outcome.recording], outcome.inertia, RATE_LIMIT)
     fit = Fit.of([outcome.recording], [], signals, None)
     assert fit.put_aside == 0
@@ -79,9 +72,9 @@ def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(mission: 
 
 def examine(every: float, torque: TorqueKind | None) -> tuple[Array, bool]:
     """The error of the learned curve at ±0.5 to ±1.5 rad/s [%], and whether a remark says that it may be off."""
-    recording, rates = slow_commands.recording(13, every), np.array([-1.5, -1.0, -0.5, 0.5, 1.0, 1.5])
-    learned = Fit.of([recording], [], signals_for([recording], slow_commands.INERTIA, RATE_LIMIT, torque), None)
-    off = learned.iterations[-1].model.predict(rates).damping / slow_commands.damping(rates) - 1.0
+    recording, rates = slow(13, every), np.array([-1.5, -1.0, -0.5, 0.5, 1.0, 1.5])
+    learned = Fit.of([recording], [], signals_for([recording], ROV.inertia, RATE_LIMIT, torque), None)
+    off = learned.iterations[-1].model.predict(rates).damping / ROV.damping(rates) - 1.0
     return 100.0 * off, any("the damping curve may be" in remark for remark in learned.remarks)
 
 
@@ -104,13 +97,13 @@ def test_other_settings_are_proposed_where_they_were_tried_and_found_better(
 ) -> None:
     """The remark's figures are those of the command that it proposes."""
     path = tmp_path / "slow.csv"
-    write(path, slow_commands.recording(13, 0.5))
-    write(tmp_path / "unseen.csv", slow_commands.recording(14, 0.5))
+    write(path, slow(13, 0.5))
+    write(tmp_path / "unseen.csv", slow(14, 0.5))
     words = (path, "--validate", tmp_path / "unseen.csv", "--inertia", "0.6")
-    slow = fit(capsys, *words, "--torque", "measured", "--smoothing", "1.5")
-    (remark,) = (each for each in slow["remarks"] if "the damping curve may be" in each)
+    plain = fit(capsys, *words, "--torque", "measured", "--smoothing", "1.5")
+    (remark,) = (each for each in plain["remarks"] if "the damping curve may be" in each)
     better = fit(capsys, *words, "--torque", "commanded")
-    gained = better["validation"]["free_run_rmse"], slow["validation"]["free_run_rmse"]
+    gained = better["validation"]["free_run_rmse"], plain["validation"]["free_run_rmse"]
     assert f"is {gained[1]:.3g} rad/s without and {gained[0]:.3g} rad/s with it" in remark
     assert "; give --torque commanded: the free run's error on unseen.csv" in remark
     assert gained[0] < gained[1]
@@ -121,7 +114,7 @@ def test_a_command_that_never_holds_is_the_reason_that_is_said(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / "quick.csv"
-    write(path, slow_commands.recording(4, 0.05, changes=(0.3, 0.7), duration=90.0))
+    write(path, slow(4, 0.05, changes=(0.3, 0.7), duration=90.0))
     assert main(["fit", str(path), "--inertia", "0.6", "--torque", "commanded"]) == 2
     said = capsys.readouterr().err.strip()
     assert "because the torque is declared a command" in said
@@ -130,5 +123,5 @@ def test_a_command_that_never_holds_is_the_reason_that_is_said(
 
 def test_where_the_held_windows_pass_over_some_rates_the_torque_stays_on_a_line() -> None:
     """A pilot's bursts turn a small vehicle up within one window of a gyro at 10 Hz."""
-    bursts = play(Mission("bursts", "rov", 780600, duration=400.0))
+    bursts = mission("bursts", "rov", 780600, 400.0)
     assert signals_for([bursts.recording], bursts.inertia, RATE_LIMIT).torque == "measured"

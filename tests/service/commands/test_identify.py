@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,14 +12,16 @@ import pytest
 
 import incsvr
 from incsvr.errors import BadInput
+from incsvr.plant.axes import EFFORTS, VELOCITIES
 from incsvr.vehicle import Parameter, identify, on_grid
 from incsvr.vehicle.manoeuvres import manoeuvres
 from service.cli.command_line import main
 from service.config.vehicle_file import read_vehicle, write_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
-from simulator.six_degrees import EFFORTS, NAMES, RATES, swim, torpedo
+from simulator.vehicles import NAMES, torpedo
 from tests.viewer.test_report import Text
+from tests.worlds import swim
 from viewer.report.figures import number
 
 SURGE = ("surge", "surge_force")
@@ -28,10 +31,9 @@ SURGE = ("surge", "surge_force")
 def dives(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with two dives of one torpedo, and the vehicle file, JSON and report of `identify`."""
     folder = tmp_path_factory.mktemp("dives")
-    rng = np.random.default_rng(51)
-    body = torpedo(rng)
-    for name, seconds in (("one", 200.0), ("two", 60.0)):
-        write(folder / f"{name}.csv", from_streams(name, swim(body, seconds, rng)))
+    body = torpedo(np.random.default_rng(51))
+    for seed, (name, seconds) in enumerate((("one", 200.0), ("two", 60.0)), start=51):
+        write(folder / f"{name}.csv", from_streams(name, swim(body, seconds, seed)))
     words = ["identify", str(folder / "one.csv"), "--validate", str(folder / "two.csv"), "--name", "torpedo"]
     words += ["--vehicle", str(folder / "vehicle.yaml"), "--report", str(folder / "report.html")]
     assert main([*words, "--json", str(folder / "found.json")]) == 0
@@ -93,7 +95,7 @@ def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
     dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """On a dive whose efforts have the wrong sign: the text, the JSON and the report say so."""
-    log = swim(torpedo(np.random.default_rng(51)), 60.0, np.random.default_rng(53))
+    log = swim(torpedo(np.random.default_rng(51)), 60.0, 53)
     wrong = {name: (time, -values if name in EFFORTS else values) for name, (time, values) in log.items()}
     write(tmp_path / "wrong.csv", from_streams("wrong", wrong))
     target, report = tmp_path / "found.json", tmp_path / "report.html"
@@ -112,8 +114,7 @@ def test_an_inertia_at_the_bound_of_the_search_is_not_called_estimated(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The yaw of a torpedo without its surge and sway, whose Coriolis moment drives it."""
-    rng = np.random.default_rng(2)
-    log = swim(torpedo(rng), 300.0, rng)
+    log = swim(torpedo(np.random.default_rng(58)), 150.0, 58)
     write(tmp_path / "yaw.csv", from_streams("yaw", {name: log[name] for name in ("yaw_rate", "torque")}))
     target, report = tmp_path / "found.json", tmp_path / "report.html"
     assert main(["identify", str(tmp_path / "yaw.csv"), "--json", str(target), "--report", str(report)]) == 0
@@ -131,10 +132,11 @@ def test_an_inertia_at_the_bound_of_the_search_is_not_called_estimated(
 
 
 def test_velocities_over_ground_in_a_current_are_a_warning() -> None:
-    rng = np.random.default_rng(201)
-    log = swim(torpedo(rng), 200.0, rng, (0.1, -0.1))
+    log = dict(swim(torpedo(np.random.default_rng(201)), 200.0, 201, (0.1, -0.1)))
     (warning,) = identify(on_grid([log]), validate=False).warnings
-    assert "a steady current of 0.14 m/s towards 31" in warning
+    said = re.search(r"a steady current of ([\d.]+) m/s towards (\d+)°", warning)
+    assert said is not None
+    assert [float(each) for each in said.groups()] == [pytest.approx(0.14, abs=0.02), pytest.approx(315.0, abs=10.0)]
     del log["heading"]
     assert identify(on_grid([log]), validate=False).warnings == ()
 
@@ -144,14 +146,14 @@ def test_the_python_export_simulates_alike(dives: Path, tmp_path: Path) -> None:
     assert main(["export", str(dives / "vehicle.yaml"), "--format", "python", "--out", str(module)]) == 0
     space: dict[str, object] = {}
     exec(compile(module.read_text(encoding="utf-8"), str(module), "exec"), space)
-    log = swim(torpedo(np.random.default_rng(51)), 60.0, np.random.default_rng(52))
+    log = swim(torpedo(np.random.default_rng(51)), 60.0, 54)
     vehicle = read_vehicle(dives / "vehicle.yaml")
     motion = on_grid([log])
     free_run = space["free_run"]
     assert callable(free_run)
     course = free_run(motion.velocity[0], motion.effort[:-1], motion.step)
     assert course == pytest.approx(vehicle.free_run(motion), abs=1e-9)
-    assert {*RATES, *EFFORTS} >= {name for name in log if name != "heading"}
+    assert {*VELOCITIES, *EFFORTS} >= {name for name in log if name != "heading"}
     assert space["AXES"] == list(NAMES)
 
 
@@ -220,12 +222,11 @@ def test_a_dive_that_is_given_twice_is_refused(
 
 
 def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path) -> None:
-    rng = np.random.default_rng(53)
-    body = torpedo(rng)
+    body = torpedo(np.random.default_rng(53))
     more = np.where(np.arange(6) == 5, 1.3, 1.0)
     fouled = replace(body, linear=body.linear * more, quadratic=body.quadratic * more)
-    for name, each in (("may", body), ("june", body), ("july", fouled)):
-        write(tmp_path / f"{name}.csv", from_streams(name, swim(each, 120.0, rng)))
+    for seed, (name, each) in enumerate((("may", body), ("june", body), ("july", fouled))):
+        write(tmp_path / f"{name}.csv", from_streams(name, swim(each, 120.0, seed)))
     dives = [str(tmp_path / f"{name}.csv") for name in ("may", "june", "july")]
     target, history = tmp_path / "compared.json", tmp_path / "history.parquet"
     report = tmp_path / "compared.html"
@@ -266,10 +267,9 @@ def test_without_a_change_it_says_which_change_the_dives_would_have_shown(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Dives of a torpedo's yaw alone, given in the wrong order; the same table is no second one."""
-    rng = np.random.default_rng(54)
-    body, at = torpedo(rng), {"may": 1.70e9, "june": 1.71e9, "july": 1.72e9}
-    for name, began in at.items():
-        streams = swim(body, 100.0, rng).items()
+    body, at = torpedo(np.random.default_rng(54)), {"may": 1.70e9, "june": 1.71e9, "july": 1.72e9}
+    for seed, (name, began) in enumerate(at.items()):
+        streams = swim(body, 100.0, seed).items()
         dated = {key: (time + began, values) for key, (time, values) in streams if key in ("yaw_rate", "torque")}
         write(tmp_path / f"{name}.csv", from_streams(name, dated))
     table, target, report = tmp_path / "dives.parquet", tmp_path / "compared.json", tmp_path / "compared.html"

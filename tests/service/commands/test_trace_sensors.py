@@ -14,7 +14,7 @@ from service.cli.command_line import main
 from service.commands.trace_sensors import examine_sensors, sensor_notes
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
-from simulator import slow_commands
+from tests.worlds import ROV, slow
 
 STEP = 0.05
 """Between two rows [s]."""
@@ -103,8 +103,8 @@ def test_a_compass_that_counts_clockwise_is_turned_and_noted(
 
 
 def test_commands_that_come_too_slowly_are_told_beside_whatever_is_found() -> None:
-    slow, quick = slow_commands.recording(14, 0.5), slow_commands.recording(14, 0.05)
-    sensors = examine_sensors([slow, quick], slow_commands.INERTIA)
-    (told,) = sensor_notes([slow, quick], sensors, explained=False)
-    assert told.startswith(f"{slow.name}: the torque is sampled every 0.5 s")
+    late, quick = slow(14, 0.5), slow(14, 0.05)
+    sensors = examine_sensors([late, quick], ROV.inertia)
+    (told,) = sensor_notes([late, quick], sensors, explained=False)
+    assert told.startswith(f"{late.name}: the torque is sampled every 0.5 s")
     assert told.endswith("a trace that finds nothing proves nothing here: log the torque every 0.05 s")

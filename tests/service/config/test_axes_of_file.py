@@ -18,7 +18,7 @@ from service.config.configuration import Config, check_first_axis, check_inertia
 from service.config.sources import read
 from service.config.vehicle_file import read_vehicle, write_vehicle
 from service.export.python_module import python_module
-from simulator.six_degrees import BODIES, NAMES
+from simulator.vehicles import BODIES, NAMES
 from tests.vehicle_of_body import vehicle_of
 
 ROV = vehicle_of(BODIES["rov"](np.random.default_rng(61)))

@@ -18,7 +18,7 @@ from incsvr.vehicle import Parameter, Vehicle
 from service.cli.command_line import main
 from service.config.vehicle_file import write_vehicle
 from service.export.python_module import python_module
-from simulator.six_degrees import NAMES
+from simulator.vehicles import NAMES
 
 STEP_S, STEPS = 0.05, 120
 PORT_AND_UP = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])

@@ -11,8 +11,9 @@ from incsvr.numerics import Array
 from service.config.sections import HealthLimits
 from service.health.health_watch import HealthConditions, HealthWatch
 from service.learner.node import LearnerNode
-from simulator import leng, slow_commands
+from simulator import leng
 from tests.service.conftest import configured
+from tests.worlds import ROV, slow
 
 
 class Clock:
@@ -228,18 +229,18 @@ def test_a_vehicle_that_only_the_water_moves_is_told_and_the_model_stays(watch: 
 def test_what_is_too_quick_for_the_streams_is_said_with_its_cure(watch: HealthWatch) -> None:
     signals = {"sample_period": 0.3, "smoothing": 0.15, "lateness": 0.0}
     learner = {"gamma": 0.15, "C": 80.0, "epsilon": 0.008, "near_rate": 0.08, "near_damping": 0.4}
-    vehicle = {"inertia": slow_commands.INERTIA, "rate_range": (-2.1, 2.1), "rate_limit": 6.0}
+    vehicle = {"inertia": ROV.inertia, "rate_range": (-2.1, 2.1), "rate_limit": 6.0}
     said = {}
     for torque in ("measured", "commanded"):
         node = LearnerNode(
             configured(vehicle=vehicle, learner=learner, signals={**signals, "torque": torque}), boot="b"
         )
-        feed(watch, node, slow_commands.recording(11, 0.5).streams())
+        feed(watch, node, slow(11, 0.5).streams())
         while node.learn() is not None:
             pass
         said[torque] = [reason for reason in watch.report(node).reasons if "the damping curve may be" in reason]
         curve = node.served.model.predict(np.array((-1.0, -0.5, 0.5, 1.0))).damping
-        true = slow_commands.damping(np.array((-1.0, -0.5, 0.5, 1.0)))
+        true = ROV.damping(np.array((-1.0, -0.5, 0.5, 1.0)))
         if torque == "commanded":
             np.testing.assert_allclose(curve, true, rtol=0.25)
     assert not said["commanded"]

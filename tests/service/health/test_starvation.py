@@ -14,9 +14,10 @@ from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
-from simulator import slow_commands
-from simulator.missions import Mission, play
+from simulator.mission import Mission
+from simulator.world import play
 from tests.service.conftest import configured
+from tests.worlds import ROV, slow
 
 Clock = Callable[[Array], Array]
 
@@ -139,7 +140,7 @@ def test_commands_that_hold_for_too_short_are_said_with_the_cure() -> None:
     node = LearnerNode(configured(vehicle={"inertia": 0.6, "rate_limit": 6.0}, signals=signals), boot="b")
     now = 1000.0
     watch = HealthWatch(node.config.health, started=now, clock=lambda: now)
-    streams = slow_commands.recording(12, 0.2, changes=(0.8, 1.2), duration=20.0).streams()
+    streams = slow(12, 0.2, changes=(0.8, 1.2), duration=20.0).streams()
     for begin in np.arange(0.0, 20.0, 0.5):
         for name, (time, value) in streams.items():
             part = (time >= begin) & (time < begin + 0.5)
@@ -187,8 +188,8 @@ def test_what_waits_to_be_taken_starves_nobody() -> None:
 
 def test_batches_without_evidence_starve_the_learner_by_the_data_s_time() -> None:
     """A zigzag in water that moves the vehicle as much as its torque does, as `incsvr fit` refuses it."""
-    mission = play(Mission("zigzag", "rov", 130, duration=600.0))
-    recording, signals = mission.recording, signals_for([mission.recording], mission.inertia, RATE_LIMIT)
+    played = play(Mission(ROV, "zigzag", 130, duration=600.0, water=16.0))
+    recording, signals = played.recording, signals_for([played.recording], played.inertia, RATE_LIMIT)
     samples, _ = samples_of(recording, signals, None)
     node = LearnerNode(scaled_config(configured(), recording, signals, learner_for(samples)), boot="b")
     watch = HealthWatch(node.config.health, started=1000.0, clock=lambda: 1000.0)

@@ -19,24 +19,25 @@ from service.config.sources import read
 from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
 from service.wire import DampingReply
-from simulator import planar
+from simulator.vehicles import planar
+from tests import worlds
 from tests.service.commands.test_processes import KEYS, client_after, command, endpoint, following, next_model, serving
 from tests.service.conftest import PATIENCE, StartBench, configured
 
 __all__ = ["endpoint"]
 
-SEED = 910103
+SEED = 910108
 INPUTS = ("yaw_rate", "surge", "sway")
 
 
 @pytest.fixture(scope="module")
 def run() -> Recording:
-    return planar.recording(SEED, 140.0)
+    return worlds.planar(SEED, 140.0)
 
 
 def told(seed: int = SEED) -> dict[str, object]:
     """What the configuration has to say of the simulated vehicle."""
-    return {"vehicle__inertia": planar.Planar.drawn(seed).inertia, "learner__inputs": INPUTS}
+    return {"vehicle__inertia": planar(seed).inertia, "learner__inputs": INPUTS}
 
 
 def send(session: zenoh.Session, recording: Recording, first: float, last: float) -> None:
@@ -149,7 +150,7 @@ def test_a_learner_that_was_stopped_before_its_first_batch_goes_on(policy: str, 
 
 
 def test_over_one_velocity_a_second_is_refused(start: StartBench, run: Recording) -> None:
-    bench = start(vehicle__inertia=planar.Planar.drawn(SEED).inertia)
+    bench = start(vehicle__inertia=planar(SEED).inertia)
     bench.follow(bench.keys.model, wire.ModelSnapshot)
     bench.play(run)
     _, error = bench.get(f"{bench.keys.damping}?rate=0.1;surge=0.5")

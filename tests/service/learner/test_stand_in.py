@@ -24,7 +24,9 @@ from service.config.traced_effects import configured_effects
 from service.learner.estimates import estimate, forecast_reply
 from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
-from simulator import leng, planar
+from simulator import leng
+from simulator.vehicles import planar
+from tests import worlds
 from tests.hidden import recording as hidden
 from tests.hidden import write_trace
 from tests.service.conftest import PATIENCE, StartBench, configured, teach
@@ -247,8 +249,8 @@ def test_a_forecast_holds_the_effects_that_are_in_force(tmp_path: Path) -> None:
 
 
 def test_a_forecast_goes_by_the_further_velocities_as_they_are_measured() -> None:
-    run = planar.recording(910103, 160.0)
-    inertia = planar.Planar.drawn(910103).inertia
+    run = worlds.planar(910108, 160.0)
+    inertia = planar(910108).inertia
     several = configured(
         vehicle__inertia=inertia, learner__policy="weighted", learner__inputs=("yaw_rate", "surge", "sway")
     )
@@ -271,9 +273,9 @@ def test_a_forecast_holds_what_the_body_takes() -> None:
 
 
 def test_a_forecast_asks_for_what_it_needs(tmp_path: Path) -> None:
-    run = planar.recording(910103, 120.0)
+    run = worlds.planar(910108, 120.0)
     config = configured(
-        vehicle__inertia=planar.Planar.drawn(910103).inertia, learner__inputs=("yaw_rate", "surge"),
+        vehicle__inertia=planar(910108).inertia, learner__inputs=("yaw_rate", "surge"),
         learner__policy="weighted",
     )  # fmt: skip
     node = LearnerNode(config, boot="")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import queue
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
+import numpy as np
 import pytest
 
 from incsvr.forecasting.thrust_watch import ThrustChange
@@ -18,9 +18,10 @@ from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
-from simulator.effects import Physics
-from simulator.missions import Mission, play
-from simulator.trial_vehicle import STEP
+from simulator.mission import Mission
+from simulator.physics import Physics
+from simulator.vehicles import TURNING
+from simulator.world import play
 from tests.service.conftest import PATIENCE, StartBench, cut
 
 ONSET_S, BACK_S, END_S = 300.0, 450.0, 560.0
@@ -29,14 +30,8 @@ ONSET_S, BACK_S, END_S = 300.0, 450.0, 560.0
 @cache
 def mission() -> tuple[Recording, float]:
     """An AUV under rate control whose thrust is halved for a while, and its inertia [kg m²]."""
-
-    def weak(moment: float, _rate: float, tick: int) -> float:
-        return 0.5 * moment if ONSET_S <= 0.5 * tick * STEP < BACK_S else moment
-
-    def breaking(sound: Physics) -> Physics:
-        return replace(sound, commanded=(weak,))
-
-    outcome = play(Mission("rate_control", "auv", 7, duration=END_S), breaking)
+    weak = Physics(thrust=(lambda t: np.where((t >= ONSET_S) & (t < BACK_S), 0.5, 1.0),))
+    outcome = play(Mission(TURNING["auv"], "rate_control", 12, duration=END_S, besides=weak))
     return outcome.recording, outcome.inertia
 
 

@@ -21,9 +21,9 @@ from service.learner.node import LearnerNode
 from service.live.live_tracing import LiveTracing
 from service.recordings.recording import Recording
 from simulator import leng
-from simulator.trial import play
 from tests.service.conftest import PATIENCE, configured, cut
-from tests.service.live.test_live_tracing import INERTIA, LAGGING
+from tests.service.live.test_live_tracing import INERTIA
+from tests.worlds import trial
 
 ADVISE: dict[str, Any] = {"tracing__live": "advise", "tracing__window": 120.0, "tracing__proof": 40.0}
 
@@ -130,7 +130,7 @@ def ledger_of(session: zenoh.Session, run: Recording, prefix: str, part_s: float
 
 @pytest.mark.slow
 def test_a_replay_gives_the_same_ledger_at_two_speeds(session: zenoh.Session) -> None:
-    run = cut(play(LAGGING).recording, 380.0)
+    run = cut(trial(1, ("torque_lag",), duration=700.0).recording, 380.0)
     patient, at_once = ledger_of(session, run, "slow/yaw", 10.0), ledger_of(session, run, "quick/yaw", 380.0)
     found = wire.decode(wire.EffectsLedger, patient)
     assert [step["step"] for step in found.history][:2] == ["suspected", "proven"]

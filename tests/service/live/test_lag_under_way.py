@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.tracer.live_watch import watch
+from benchmarks.live_watch import watch
 from incsvr.free_run.integrator import tabulated
 from service.recordings.recording import Recording, from_streams
 from simulator import leng

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import threading
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,14 +23,13 @@ from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
 from simulator import player
 from simulator.messages import messages
-from simulator.trial import Trial, play
 from tests.hidden import recording, write_trace
 from tests.service.commands.test_processes import KEYS, client, serving
 from tests.service.config.test_traced_effects import ledger, part
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
+from tests.worlds import trial
 
-LAGGING = Trial(1, ("torque_lag",), duration=700.0)
-INERTIA = play(replace(LAGGING, duration=1.0)).inertia
+INERTIA = 350.0
 LIVE: dict[str, Any] = {
     "vehicle__inertia": INERTIA,
     "vehicle__rate_range": [-0.35, 0.35],
@@ -46,13 +44,13 @@ Ledgers = queue.Queue[wire.EffectsLedger]
 
 @pytest.fixture(scope="module")
 def lagging() -> Recording:
-    return play(LAGGING).recording
+    return trial(1, ("torque_lag",), duration=700.0).recording
 
 
 @pytest.fixture(scope="module")
 def mended() -> Recording:
     """The same vehicle and noise, without the lag."""
-    return play(replace(LAGGING, effects=(), duration=1500.0)).recording
+    return trial(1, duration=1500.0).recording
 
 
 def until(ledgers: Ledgers, step: str) -> wire.EffectsLedger:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-from dataclasses import replace
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -21,12 +20,12 @@ from service.live.tracing_state import TracingState
 from service.state.store import Store
 from simulator.messages import messages
 from simulator.player import play
-from simulator.trial import play as play_trial
 from tests.hidden import recording, write_trace
 from tests.service.commands.test_processes import KEYS, client, following, serving
 from tests.service.config.test_traced_effects import part
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
-from tests.service.live.test_live_tracing import LAGGING, LIVE, Ledgers, named, until
+from tests.service.live.test_live_tracing import LIVE, Ledgers, named, until
+from tests.worlds import trial
 
 ADVISE: dict[str, Any] = {"tracing__live": "advise", "tracing__window": 240.0, "tracing__proof": 90.0}
 NAMES = ("torque_lag", "bias_torque")
@@ -140,7 +139,7 @@ def test_what_was_decided_survives_kill_9_at_once(
 
 @pytest.mark.slow
 def test_advise_says_what_is_proven_and_serves_the_same_bytes_as_without(start: StartBench) -> None:
-    lagging = play_trial(replace(LAGGING, duration=400.0)).recording
+    lagging = trial(1, ("torque_lag",), duration=700.0).recording
     bench = start(**LIVE | {"tracing__live": "advise"})
     ledgers: Ledgers = bench.follow(bench.keys.effects, wire.EffectsLedger)
     bench.play(part(lagging, 0.0, 280.0))

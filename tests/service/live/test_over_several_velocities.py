@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.tracer.live_watch import watch
+from benchmarks.live_watch import watch
 from incsvr.numerics import root_mean_square as rms
 from service.config.configuration import Config
 from service.recordings.recording import Recording
-from simulator import planar
+from simulator.vehicles import planar
+from tests import worlds
 from tests.service.conftest import configured, cut
 
-SEED = 910103
+SEED = 910108
 REVERSE_EFFICIENCY = 0.6
 
 
 @pytest.fixture(scope="module")
 def weak_in_reverse() -> Recording:
     """A vehicle in the plane whose reverse thrust is weaker than its command, from the beginning."""
-    run = cut(planar.recording(SEED, 460.0), 370.0)
+    run = cut(worlds.planar(SEED, 460.0), 370.0)
     columns = {name: values.copy() for name, values in run.columns.items()}
     torque = columns["torque"]
     torque[torque < 0.0] /= REVERSE_EFFICIENCY
@@ -27,7 +28,7 @@ def weak_in_reverse() -> Recording:
 
 def over(*inputs: str) -> Config:
     return configured(
-        vehicle__inertia=planar.Planar.drawn(SEED).inertia, learner__policy="weighted", learner__inputs=inputs,
+        vehicle__inertia=planar(SEED).inertia, learner__policy="weighted", learner__inputs=inputs,
         tracing__live="adopt", tracing__window=240.0, tracing__proof=60.0,
     )  # fmt: skip
 

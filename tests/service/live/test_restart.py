@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.tracer.live_watch import InPlace
+from benchmarks.live_watch import InPlace
 from service.learner.node import LearnerNode
 from service.live import worker
 from service.live.live_tracing import LiveTracing

@@ -17,7 +17,7 @@ from service import wire
 from service.cli.command_line import main
 from service.recordings.recording_csv import write
 from service.wire.json_text import json_text
-from simulator.trial import Trial, play
+from tests.worlds import trial
 
 ROOT = Path(__file__).resolve().parents[3]
 NO_NUMBERS = (math.nan, math.inf, -math.inf)
@@ -68,9 +68,9 @@ def put(value: Any, at: Place, number: float | None) -> Any:
 def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """What commands write of a small recording, and the last results of those that take minutes."""
     folder = tmp_path_factory.mktemp("json")
-    outcome, log = play(Trial(seed=3, effects=(), duration=60.0)), folder / "log.csv"
+    outcome, log = trial(3, duration=60.0), folder / "log.csv"
     write(log, outcome.recording)
-    write(folder / "unseen.csv", play(Trial(seed=4, effects=(), duration=60.0)).recording)
+    write(folder / "unseen.csv", trial(4, duration=60.0).recording)
     inertia = ("--inertia", str(outcome.inertia))
     commands = {
         "trace": (str(log), *inertia),

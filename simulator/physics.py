@@ -1,0 +1,109 @@
+"""What may be hidden in a vehicle, and what it may draw on: the form that both lists of effects share.
+
+The yaw row of Fossen's equations (SNAME signs): I ṙ = thrust(τ) − f d(r − w) + N. An effect changes the thrust, the
+factor f, the water's rate w, the moments N or I.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Truth = dict[str, float | str]
+Course = Callable[[Array], Array]
+"""t (n,) [s] → (n,)."""
+Stage = Callable[[float], float]
+"""A piece of the way from command to thrust, called once a step; it may remember: moment → moment [N m]."""
+MakeStage = Callable[[float], Stage]
+"""The moment at which a stage stands when it comes on [N m] → the stage."""
+
+STEP = 0.002
+"""Step of every integration [s]: a two-hundredth of the quickest vehicle's time scale."""
+
+
+@dataclass(frozen=True, slots=True)
+class Physics:
+    """What a vehicle hides; nothing by default.
+
+    Attributes:
+        stages: between command and thrust, in their order.
+        losses: (thrust [N m], r [rad/s]) → what is lost of the thrust [N m].
+        thrust: factors on the thrust.
+        drag: factors on the drag.
+        moments: (r [rad/s], ψ [rad], counted on) → a moment besides [N m].
+        outside: moments besides that follow from time alone [N m].
+        wakes: (w, T) of bodies of water that take on the hull's rate with time constant T [s]: the hull drags in water
+            that turns at w times their rate.
+        pulls: (g, T) of such bodies that pull the hull along with g times their rate [N m s/rad].
+        inertia: factors on I.
+    """
+
+    stages: tuple[MakeStage, ...] = ()
+    losses: tuple[Callable[[float, float], float], ...] = ()
+    thrust: tuple[Course, ...] = ()
+    drag: tuple[Course, ...] = ()
+    moments: tuple[Callable[[float, float], float], ...] = ()
+    outside: tuple[Course, ...] = ()
+    wakes: tuple[tuple[float, float], ...] = ()
+    pulls: tuple[tuple[float, float], ...] = ()
+    inertia: tuple[float, ...] = ()
+
+    def __add__(self, other: Physics) -> Physics:
+        return Physics(*(getattr(self, each.name) + getattr(other, each.name) for each in fields(self)))
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What an effect may draw on when it is hidden.
+
+    Attributes:
+        inertia: I that the operator declares [kg m²].
+        torque: the largest moment of the thrusters [N m].
+        rate: the yaw rate at which the drag takes nine tenths of `torque` [rad/s].
+        size: 1 for a realistic effect, 0.5 for half of it.
+        random: draws the parameters.
+        duration: of the mission [s].
+        start: the heading at its start [rad].
+        swing: how far the heading usually goes from there [rad].
+        channels: the true further channels by name: times [s] and values.
+    """
+
+    inertia: float
+    torque: float
+    rate: float
+    size: float
+    random: np.random.Generator
+    duration: float
+    start: float = 0.0
+    swing: float = 1.0
+    channels: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
+
+    @property
+    def time(self) -> float:
+        """I r/τ: how long full torque takes to the full rate without drag [s]."""
+        return self.inertia * self.rate / self.torque
+
+    def between(self, low: float, high: float) -> float:
+        """A number of this range."""
+        return float(self.random.uniform(low, high))
+
+    def heads(self, part: float = 0.5) -> bool:
+        """Whether something happens that happens so often."""
+        return bool(self.random.random() < part)
+
+    def sign(self) -> float:
+        """Either sign, equally often."""
+        return 1.0 if self.heads() else -1.0
+
+
+Effect = Callable[[Setting], tuple[Physics, Truth]]
+"""What is hidden, and with which parameters; names and parameters are those of the recording's contract."""
+
+
+def static(change: Stage) -> MakeStage:
+    """A stage that remembers nothing."""
+    return lambda _moment: change
