@@ -112,7 +112,7 @@ class Axes:
             fontsize=FONT, labelcolor=text, frameon=False, borderaxespad=0.2, columnspacing=1.5, labelspacing=0.35,
         )  # fmt: skip
         written = io.BytesIO()
-        figure.savefig(written, format="png", facecolor=figure.get_facecolor(), pil_kwargs={"compress_level": 1})
+        figure.savefig(written, format="png", facecolor=figure.get_facecolor(), pil_kwargs={"compress_level": 6})
         return written.getvalue()
 
 

@@ -17,12 +17,14 @@ import incsvr
 from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import Array
-from viewer.report.drawing import AFTER, BEFORE, MEASURED, STYLE, binned, edges
+from viewer.report.drawing import AFTER, BEFORE, MEASURED, STYLE
 
 RUNS = {"without the hull": "T1", "with the hull": "T2"}
 COLOURS = {"without the hull": BEFORE, "with the hull": AFTER}
 INERTIA = 350.0
 """Leng's, as the demo declares it [kg m²]."""
+RATE_BINS = 14
+"""Bins of the yaw rate for the means of the samples."""
 
 
 def draw(folder: Path, picture: Path) -> None:
@@ -38,7 +40,7 @@ def draw(folder: Path, picture: Path) -> None:
         figure = Figure(figsize=(11.0, 4.4), layout="constrained")
         left, right = figure.subplots(1, 2)
         _curves(left, rate, learned)
-        _difference(right, rate, *learned.values())
+        _difference(right, rate, learned)
         figure.savefig(picture)
 
 
@@ -60,22 +62,32 @@ def _curves(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
     axes.legend(loc="upper left")
 
 
-def _difference(axes: Axes, rate: Array, without: FitPictures, hull: FitPictures) -> None:
-    """By how much samples and curve with the hull lie above the curve without it."""
-    turns, damping = _one_way(hull)
-    near = turns <= rate[-1]
-    middle, low, median, high = binned(turns[near], (damping - _both_ways(without, turns))[near], edges(turns[near]))
-    halves = np.stack((median - low, high - median))
+def _difference(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
+    """By how much samples and curve with the hull lie above those without it."""
+    edges: Array = np.linspace(0.0, rate[-1], RATE_BINS + 1, dtype=np.float64)
+    means, errors = zip(*(_means(each, edges) for each in learned.values()), strict=True)
+    middle, doubt = (edges[1:] + edges[:-1]) / 2.0, 1.96 * np.hypot(*errors)
     axes.errorbar(
-        middle, median, halves, fmt="o", color=MEASURED, markersize=5.0, label="median of samples, middle half"
+        middle, means[1] - means[0], doubt, fmt="o", color=MEASURED, markersize=5.0, label="means of samples, 95 %"
     )
-    axes.plot(
-        rate, _both_ways(hull, rate) - _both_ways(without, rate), color=AFTER, linewidth=2.4, label="learned curves"
-    )
+    curves = [_both_ways(each, rate) for each in learned.values()]
+    axes.plot(rate, curves[1] - curves[0], color=AFTER, linewidth=2.4, label="learned curves")
     axes.axhline(0.0, color=BEFORE, linewidth=1.2)
     axes.set(xlabel="Yaw rate r [rad/s]", ylabel="Damping that the hull adds [N m]", xlim=(0.0, rate[-1]))
     axes.set_title("What the hull adds")
     axes.legend(loc="upper left")
+
+
+def _means(learned: FitPictures, edges: Array) -> tuple[Array, Array]:
+    """(RATE_BINS,) the samples' damping between two edges, less what the curve bends there, and standard errors."""
+    turns, damping = _one_way(learned)
+    place = np.digitize(turns, edges) - 1
+    middle = (edges[1:] + edges[:-1]) / 2.0
+    level = damping - _both_ways(learned, turns) + _both_ways(learned, middle)[np.clip(place, 0, RATE_BINS - 1)]
+    parts = [level[place == k] for k in range(RATE_BINS)]
+    means = np.array([part.mean() if part.size else np.nan for part in parts])
+    errors = np.array([part.std() / np.sqrt(part.size) if part.size else np.nan for part in parts])
+    return means, errors
 
 
 def _one_way(learned: FitPictures) -> tuple[Array, Array]:

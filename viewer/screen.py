@@ -9,9 +9,11 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from datetime import timedelta
 from pathlib import Path
 from typing import Self, TypeVar
 
+from rerun.chunk import RrdReader
 from rerun.experimental import View, ViewerClient
 
 from incsvr.errors import BadInput
@@ -30,7 +32,7 @@ class Screen:
     """A viewer on a recording, from `with` to its end; `pages` are its tabs in their order."""
 
     def __init__(self, recording: Path, pages: Sequence[str] = PAGES) -> None:
-        self._pages = pages
+        self._pages, self._recording = pages, recording
         self._folder = tempfile.TemporaryDirectory()
         port = int(free_endpoint().rpartition(":")[2])
         self._log = Path(self._folder.name) / "viewer.log"
@@ -71,11 +73,21 @@ class Screen:
         if iteration is None:
             client.set_time("vehicle_time", play_state="following")
             return
-        lines = [line for one in client.get_state().recordings for line in one.timelines if line.name == "iteration"]
-        last = max((line.end for line in lines if isinstance(line.end, int)), default=0)
-        if not 1 <= iteration <= last:
-            raise BadInput(f"the recording has no iteration {iteration}, its last is {last}")
-        client.set_time("iteration", sequence=iteration, play_state="paused")
+        times = self._times()
+        if iteration not in times:
+            raise BadInput(f"the recording has no iteration {iteration}, its last is {max(times, default=0)}")
+        client.set_time("vehicle_time", duration=times[iteration], play_state="paused")
+
+    def _times(self) -> dict[int, timedelta]:
+        """The vehicle's time of each iteration: the signals have no other clock."""
+        reader, found = RrdReader(str(self._recording)), dict[int, timedelta]()
+        for entry in reader.recordings():
+            for chunk in reader.stream(store=entry).filter(content="/learning/revision", has_timeline="vehicle_time"):
+                batch = chunk.to_record_batch()
+                stamps = batch.column("vehicle_time").cast("int64").to_pylist()
+                seconds = [timedelta(seconds=stamp / 1e9) for stamp in stamps]
+                found |= dict(zip(batch.column("iteration").to_pylist(), seconds, strict=True))
+        return found
 
     def views(self) -> list[View]:
         """What the viewer says about every view that it has drawn, with whatever it could not show."""
