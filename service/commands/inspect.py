@@ -72,7 +72,7 @@ def _plot(path: Path, summary: LogSummary) -> None:
     if measured is None:
         raise BadInput(f"{summary.name}: --plot needs a yaw rate: name it with --column yaw_rate=FIELD")
     armed = None if measured.armed is None else arming_spans(*measured.armed)
-    units = {name: si_unit(name) for name in measured.streams}
+    units = {name: each["unit"] for name, each in _measured(summary.proposal.inputs, measured).items()}
     figure = import_module(PLOTS).of_log(summary.name, measured.streams, units, armed)
     try:
         figure.savefig(path)
