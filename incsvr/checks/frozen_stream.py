@@ -1,7 +1,7 @@
 """A stream that stands still within a few steps of its own resolution while the other says that it cannot.
 
-A vehicle at rest may show one value for long, and so may a torque that is held. A yaw rate is stuck only where the
-torque meanwhile would have turned the vehicle; a torque, where the vehicle did what no constant torque makes it do.
+A vehicle at rest may show one value for long, and so may a command. A yaw rate is stuck only where the torque meanwhile
+would have turned the vehicle; a torque, where the learned drag leaves of it what should have turned it, and did not.
 """
 
 from __future__ import annotations

@@ -39,15 +39,14 @@ def drives(batch: Samples, inertia: float, largest_rate: float) -> list[Finding]
         inertia: as declared [kg m²].
         largest_rate: that the vehicle reaches [rad/s].
     """
-    half = len(batch) // 2
-    for part in (slice(0, None), slice(0, half), slice(half, None)):
-        if _drives(batch.take(part), inertia, largest_rate):
+    for part in with_halves(batch):
+        if _drives(part, inertia, largest_rate):
             return [
                 Finding(
                     "sign",
                     Decision.PAUSE,
-                    f"the damping drives the vehicle from {batch.time[part][0]:.10g} to {batch.time[part][-1]:.10g} "
-                    "s, which is impossible: {effort} and {rate} count in opposite directions; turn the sign of one "
+                    f"the damping drives the vehicle from {part.time[0]:.10g} to {part.time[-1]:.10g} s, "
+                    "which is impossible: {effort} and {rate} count in opposite directions; turn the sign of one "
                     "of them",
                 )
             ]
@@ -59,8 +58,14 @@ def turns(batch: Samples, largest_rate: float) -> bool:
     return len(batch) > 0 and root_mean_square(batch.yaw_rate) > MIN_TURNING_RATE_SHARE * largest_rate
 
 
+def with_halves(batch: Samples) -> tuple[Samples, ...]:
+    """The samples, their first half and their second."""
+    half = len(batch) // 2
+    return batch, batch.take(slice(0, half)), batch.take(slice(half, None))
+
+
 def turned_round(part: Samples, inertia: float) -> bool:
-    """Whether a torque to one side took the vehicle from the other towards it, by how much it gave."""
+    """Whether a torque to one side turned the vehicle towards it, by how much it gave."""
     torque, rate = part.raw[TORQUE], part.yaw_rate
     gave = 0.5 * (torque[1:] + torque[:-1]) * np.diff(part.time)  # [N m s]
     given = float(np.sum(gave))
