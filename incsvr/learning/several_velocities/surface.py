@@ -21,7 +21,7 @@ from incsvr.signals.samples import Samples
 
 OUTSIDE_DISTANCES = 1.25
 """Distances from the nearest vector, in usual ones between neighbouring vectors, from which on a velocity lies outside
-the driven cloud. On six simulated vehicles over three velocities (simulator/planar.py, seeds 910100 to 910105) the
+the driven cloud. On six simulated vehicles over three velocities the
 error outside is 3.6 times that inside after four batches and 2.2 times after twenty; at 2 the worst corners count as
 driven."""
 USUAL_DISTANCE_QUANTILE = 0.75
