@@ -67,6 +67,9 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parses as argparse does; the parser that knows the flags refuses the remainder."""
         self.given: set[str] = set()
+        for word in args or ():
+            if sentence := self._removed(word.partition("=")[0]):
+                self.error(sentence)
         found, left = super().parse_known_args(args, namespace)
         if left:
             flag = next((word for word in left if word.startswith("-")), None)
@@ -87,8 +90,6 @@ class Parser(argparse.ArgumentParser):
         return instead and f"{flag} was removed; {instead}"
 
     def _no_flag(self, flag: str) -> str:
-        if sentence := self._removed(flag):
-            return sentence
         return f"there is no flag {flag}{meant(flag, self.flags) or self._all}"
 
     def _sentence(self, message: str) -> str:

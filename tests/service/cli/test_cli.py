@@ -69,7 +69,7 @@ def test_the_help_of_every_command_ends_with_an_example_that_parses(
         ("fit x.csv --inertia", "incsvr fit: --inertia needs a value"),
         ("compare --from-learner state", "incsvr compare: --from-learner was removed; compare the logs of the dives"),
         ("status now", "incsvr status: unexpected argument 'now'"),
-        *((f"{name} {flag}", f"incsvr {name}: there is no flag {flag} any more; ") for name, flag in REMOVED),
+        *((f"{name} {flag}", f"incsvr {name}: {flag} was removed; ") for name, flag in REMOVED),
     ],
 )
 def test_what_is_wrong_is_one_sentence(said: object, line: str, sentence: str) -> None:
