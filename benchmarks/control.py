@@ -42,18 +42,17 @@ from simulator.world import play, play_together
 VEHICLE = TURNING["auv"]
 HIDDEN = ("nothing", "dead_zone", "torque_asymmetry", "torque_lag", "torque_delay", "bias_torque", "inertia")
 """What the vehicle has that its declaration lacks; each can be inverted."""
-MISSIONS = ("survey", "waypoints", "circles")
+MISSIONS = ("survey", "waypoints", "circles")  # that are forecast
 BEAT_S, BEAT_TICKS, CONTROL_S, SETTLE_S = 0.1, 5, 300.0, 10.0
 HORIZONS_S, STARTS = (1.0, 5.0, 20.0), 5
-Case = tuple[str, str, int, float]
-"""feed-forward or forecast; what is hidden, or the mission; seed; length of what is learned [s]."""
+Case = tuple[str, str, int, float]  # feed-forward or forecast; what is hidden, or the mission; seed; length [s]
 
 
 def examine(case: Case) -> Record:
     """One vehicle under control, or one mission forecast."""
     what, name, seed, seconds = case
-    found = _control(name, seed, seconds) if what == "feed-forward" else _forecasts(name, seed, seconds)
-    return {"name": name, "seed": seed} | found
+    work = _control if what == "feed-forward" else _forecasts
+    return {"name": name, "seed": seed} | work(name, seed, seconds)
 
 
 def _control(name: str, seed: int, seconds: float) -> Record:
@@ -70,24 +69,22 @@ def _control(name: str, seed: int, seconds: float) -> Record:
     kept = math.exp(-BEAT_S * VEHICLE.bandwidth)
     points = 0.45 * VEHICLE.rate * random.uniform(-1.0, 1.0, 101)[spell]
     wish: Array = np.asarray(lfilter([(1.0 - kept) ** 2], [1.0, -2.0 * kept, kept**2], points))
-    proportional = 2.0 * VEHICLE.inertia * VEHICLE.bandwidth
-    alone = Plan("rate", wish, proportional, 0.0, 0.5 * VEHICLE.bandwidth * proportional)
+    gain = 2.0 * VEHICLE.inertia * VEHICLE.bandwidth
+    alone = Plan("rate", wish, gain, 0.0, 0.5 * VEHICLE.bandwidth * gain)
     helped = replace(alone, ahead=_ahead(log, compensation, wish))
-    outcomes = play_together(
-        Mission(VEHICLE, "rate_control", seed + 1, besides=hidden, asked=plan, duration=CONTROL_S)
-        for plan in (alone, helped)
-    )
-    settled = round(SETTLE_S / BEAT_S)
-    errors = [root_mean_square((each.true("yaw_rate")[::BEAT_TICKS] - wish)[settled:]) for each in outcomes]
-    return {"alone": errors[0], "with": errors[1], "found": [each.effect for each in found.effects]}
+    steered = Mission(VEHICLE, "rate_control", seed + 1, besides=hidden, duration=CONTROL_S)
+    outcomes = play_together(replace(steered, asked=plan) for plan in (alone, helped))
+    off = [(each.true("yaw_rate")[::BEAT_TICKS] - wish)[round(SETTLE_S / BEAT_S) :] for each in outcomes]
+    alone_and_with = dict(zip(("alone", "with"), map(root_mean_square, off), strict=True))
+    return alone_and_with | {"found": [each.effect for each in found.effects]}
 
 
 def _ahead(log: Recording, compensation: Compensation | None, wish: Array) -> Array:
     """(beats,) the torque that the learner gives for the plan after this log, sent as early as it says [N m]."""
     samples, _ = samples_of(log, signals_for([log], VEHICLE.inertia, RATE_LIMIT), compensation)
     *_, last = learn(samples, learner_for(samples))
-    beats: Array = BEAT_S * np.arange(wish.size, dtype=np.float64)
-    said, plan = last.model.predict(wish), PlannedMotion.of(beats, wish, None, {})
+    beats, said = BEAT_S * np.arange(wish.size, dtype=np.float64), last.model.predict(wish)
+    plan = PlannedMotion.of(beats, wish, None, {})
     found = feedforward(plan, said.damping, said.sigma, VEHICLE.inertia, compensation)
     return np.interp(beats + found.lead, found.time, found.torque)
 
@@ -111,10 +108,8 @@ def _forecasts(kind: str, seed: int, seconds: float) -> Record:
                 if not np.isfinite(torque + rate).all() or time[-1] < t + horizon - whole.step:
                     continue
                 start, end = Start(float(time[0]), float(rate[0])), float(time[0]) + horizon
-                said = forecast(
-                    experience, model, VEHICLE.inertia, start, (time, torque), np.array([end]), step=whole.step,
-                    sample_period=signals.sample_period,
-                )  # fmt: skip
+                said = forecast(experience, model, VEHICLE.inertia, start, (time, torque), np.array([end]),
+                                step=whole.step, sample_period=signals.sample_period)  # fmt: skip
                 true = float(np.interp(end, outcome.time, outcome.true("yaw_rate")))
                 rows.append([horizon, float(said.rate[0]) - true, float(said.rate_half[0]), start.rate - true])
         state, verdict, _ = checked_learner.learn(settings, checked, state, batch)
@@ -141,8 +136,8 @@ def report(records: Sequence[Record]) -> Iterable[str]:
             figures = root_mean_square(error), float(np.median(half)), root_mean_square(hold)
             inside = share(int(np.sum(np.abs(error) <= half)), error.size)
             rows.append([name, f"{horizon:g} s", inside, *(f"{1e3 * figure:.1f}" for figure in figures)])
-    head = ["mission", "ahead", "interval contains the truth", "RMS error [mrad/s]", "half interval [mrad/s]"]
-    yield table([*head, "RMS error of the last rate [mrad/s]"], rows)
+    head = ["mission", "ahead", "interval contains the truth", "RMS error [mrad/s]", "half interval", "RMS, last rate"]
+    yield table(head, rows)
 
 
 def cases(asked: argparse.Namespace) -> list[Case]:

@@ -27,10 +27,8 @@ from simulator.world import play
 
 GROUPS = {"one": "one effect of realistic size", "half": "one of half the size", "two": "two", "quiet": "nothing"}
 KINDS = ("multisine", "telegraph", "steps", "prbs", "ramps", "stairs", "rate_control", "waypoints")
-"""How the vehicles are driven: six ways in open loop, two by a controller that sees the log's gyro."""
 BEATS_HZ = (50.0, 25.0, 12.5, 10.0, 5.0)
 COUPLED, MODULATING = ("ballast_flow", "mast_sway", "arm_angle"), ("voltage", "temperature", "depth")
-"""Channels that a moment follows, and that scale thrust or drag."""
 GOOD = ("right", "class")
 
 
@@ -120,7 +118,7 @@ def report(records: Sequence[Record]) -> Iterable[str]:
     ]
     tail = ["found", "missed", "false beside", "another named", "refused", "failed"]
     yield table(["list", "torque", "hidden", *tail], rows)
-    single = [each | {"effect": each["hidden"][0].partition(":")[0]} for each in found if each["group"] != "two"]
+    single = [each | {"effect": each["hidden"][0].partition(":")[0]} for each in found if len(each["hidden"]) == 1]
     yield table(["effect", *tail], [[name, *_found(own)] for name, own in sorted(grouped(single, "effect").items())])
     quiet = grouped([each for each in records if not each["hidden"]], "of", "torque")
     rows = [
@@ -140,15 +138,13 @@ def _found(own: Sequence[Record]) -> list[object]:
 def cases(asked: argparse.Namespace) -> list[Case]:
     """The same counts of each list and each kind of torque."""
     return [
-        Case(of, torque, group, index, asked.first_seed)
-        for of in LISTS for torque in ("command", "measured") for group in GROUPS
-        for index in range(getattr(asked, group))
+        Case(of, torque, group, index, asked.first_seed) for of in LISTS for torque in ("command", "measured")
+        for group in GROUPS for index in range(getattr(asked, group))
     ]  # fmt: skip
 
 
 if __name__ == "__main__":
     run(
         "trace", __doc__, cases, examine, report, first_seed=(2_400_000, "of the cases"),
-        one=(36, f"cases of each list and torque: {GROUPS['one']}"), half=(18, GROUPS["half"]),
-        two=(18, GROUPS["two"]), quiet=(36, GROUPS["quiet"]),
+        one=(36, "cases of each list and torque"), half=(18, "likewise"), two=(18, "likewise"), quiet=(36, "likewise"),
     )  # fmt: skip

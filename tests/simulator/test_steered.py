@@ -50,7 +50,7 @@ def test_the_manoeuvre_that_tells_a_tie_apart_is_a_file_that_is_read_again(
 ) -> None:
     """Under one sine a delay and a lag look alike; steps tell them apart."""
     log, path = tmp_path / "dive.csv", tmp_path / "next.csv"
-    outcome = trial(5, ("torque_delay",), kind="sine", duration=240.0, measured=False)
+    outcome = trial(3, ("torque_delay",), kind="sine", duration=240.0, measured=False)
     write(log, outcome.recording)
     assert main(["trace", str(log), "--inertia", str(outcome.inertia), "--manoeuvre", str(path)]) == 0
     said = capsys.readouterr().out

@@ -57,7 +57,7 @@ def test_a_survey_in_closed_loop_gives_its_curve_and_says_that_its_inertia_is_no
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "vehicle", "seed"),
-    [("survey", "rov", 5101), ("transit", "auv", 5003), ("waypoints", "rov", 5007), ("one_sided", "rov", 780601)],
+    [("survey", "rov", 5101), ("pipeline", "auv", 5003), ("waypoints", "rov", 5007), ("one_sided", "rov", 780601)],
 )
 def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(kind: str, vehicle: str, seed: int) -> None:
     """The water moves the vehicle for most of the time, and a controller answers it: no sensor fails by that."""

@@ -12,7 +12,7 @@ from simulator.vehicles import planar
 from tests import worlds
 from tests.service.conftest import configured, cut
 
-SEED = 910108
+SEED = 910104
 REVERSE_EFFICIENCY = 0.6
 
 
