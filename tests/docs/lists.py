@@ -116,11 +116,11 @@ def effects() -> str:
 
 
 def _effects(found: list[Effect], acts: tuple[str, ...]) -> str:
-    """The effects of these kinds, one row for the variants of one sentence."""
-    rows: dict[tuple[str, str], list[Effect]] = {}
+    """The effects of these kinds, one row for all forms of a name, with the sentence of the first."""
+    rows: dict[str, list[Effect]] = {}
     for effect in found:
         if effect.acts in acts:
-            rows.setdefault((effect.name.partition(":")[0], effect.sentence), []).append(effect)
+            rows.setdefault(effect.name.partition(":")[0], []).append(effect)
     head = "| effect | what happens, its equation and parameters | data that show it |\n|---|---|---|"
     return "\n".join([head, *(_effect(forms) for forms in rows.values())])
 
