@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 from typing import Any
 
 from pydantic import BaseModel
@@ -10,7 +11,6 @@ from pydantic_core import PydanticUndefined
 
 from incsvr.effects import Effect, Term, candidates
 from incsvr.plant.words import YAW_WORDS
-from incsvr.tracing.sentences import LABELS
 from service.cli.command_line import whole_parser
 from service.cli.parser import Parser
 from service.config.config_writer import _bounds
@@ -116,32 +116,27 @@ def effects() -> str:
 
 
 def _effects(found: list[Effect], acts: tuple[str, ...]) -> str:
-    """The effects of these kinds, one row for the variants of one sentence."""
-    rows: dict[tuple[str, str], list[Effect]] = {}
+    """The effects of these kinds, one row for all forms of a name, with the sentence of the first."""
+    rows: dict[str, list[Effect]] = {}
     for effect in found:
         if effect.acts in acts:
-            rows.setdefault((effect.name, effect.sentence), []).append(effect)
+            rows.setdefault(effect.name.partition(":")[0], []).append(effect)
     head = "| effect | what happens, its equation and parameters | data that show it |\n|---|---|---|"
     return "\n".join([head, *(_effect(forms) for forms in rows.values())])
 
 
 def _effect(forms: list[Effect]) -> str:
     effect = forms[0]
-    lines = [
-        effect.sentence,
-        *(form.equation for form in forms),
-        *(each for form in forms for each in _parameters(form)),
-    ]
+    names = dict.fromkeys(name for form in forms for name in _parameters(form))
+    lines = [effect.sentence, *(form.equation for form in forms), ", ".join(f"`{name}`" for name in names)]
     what = "<br>".join(dict.fromkeys((_capital(lines[0]), *lines[1:])))
     texts = (f"`{effect.name}`", what, _capital(effect.shown_by))
     return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
 
 
-def _parameters(effect: Effect) -> list[str]:
+def _parameters(effect: Effect) -> Iterable[str]:
     inner = (1.0, 1.0)
-    term = Term(effect.name, effect.variant, (1.0,) * effect.width(inner), inner)
-    labels = ((name, *map(YAW_WORDS.fill, LABELS[name])) for name in effect.parameters(term, 1.0))
-    return [f"`{name}`: {label}{f' [{unit}]' if unit else ''}" for name, label, unit in labels]
+    return effect.parameters(Term(effect.name, effect.variant, (1.0,) * effect.width(inner), inner), 1.0)
 
 
 def _capital(template: str) -> str:
