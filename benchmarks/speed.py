@@ -79,7 +79,7 @@ def fleet(vehicles: int, pace: float) -> Record:
         shore.declare_subscriber("*/yaw/*", receive)
         pids = [[relay.pid], [each.pid for each in learners]]
         began, before = time.perf_counter(), [_processor(each) for each in pids]
-        play = ("simulate", "--set", f"bus.connect={endpoint}", "--set", "simulation.runs=[T1]", "--speed", str(pace))
+        play = ("simulate", "--set", f"bus.connect={endpoint}", "--runs", "T1", "--speed", str(pace))
         for each in prefixes:
             stack.enter_context(process("service.cli.command_line", *play, "--set", f"prefix={each}"))
         waits, number = [], 0

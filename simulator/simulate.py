@@ -1,4 +1,4 @@
-"""`incsvr simulate`: plays the Leng plant onto the keys; the configuration's `simulation` is the scenario.
+"""`incsvr simulate`: plays the Leng plant onto the keys; flags choose the runs and the faults of the sensors.
 
 With `--vehicle FILE --commands LOG` it plays the vehicle of a vehicle file to the learners of all its axes.
 """
@@ -29,11 +29,29 @@ from simulator.whole_vehicle import moved_by
 
 PLANAR_DURATION_S = 600.0
 """Length of the run `planar`, of a vehicle whose damping couples surge, sway and yaw [s]."""
+MAX_SEED = 2**32 - 1
+"""The largest seed of the random numbers."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_player_arguments(parser)
     add_log_arguments(parser, axis=False)
+    parser.add_argument(
+        "--runs",
+        nargs="+",
+        choices=("V1", "T1", "V2", "T2", "planar"),
+        default=["T1", "T2"],
+        help="in this order (default T1 T2); planar is another vehicle, whose damping couples surge, sway and yaw",
+    )
+    parser.add_argument("--seed", type=int, default=1, help="equal seeds give equal runs (default 1)")
+    parser.add_argument(
+        "--underway", type=int, metavar="SEED", help="seed of an effect that begins in a further act after the runs"
+    )
+    parser.add_argument("--drop-outs", type=float, default=0.0, metavar="N", help="drop-outs of a stream per minute")
+    parser.add_argument("--jitter", type=float, default=0.0, metavar="S", help="largest disorder of messages [s]")
+    parser.add_argument(
+        "--duplicates", type=float, default=0.0, metavar="SHARE", help="share of the messages that are sent twice"
+    )
     parser.add_argument(
         "--vehicle",
         metavar="FILE",
@@ -59,7 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--truth",
         metavar="FILE",
         type=Path,
-        help="write the ground truth, the effect and its time, after the run (simulation.underway)",
+        help="write the ground truth, the effect and its time, after the run (--underway)",
     )
 
 
@@ -77,6 +95,19 @@ def _play_whole_vehicle(args: argparse.Namespace, config: Config, file: Path) ->
     what = messages(placed([(each, of_axis(recording, AXES[each.vehicle.axis])) for each in learners]))
     prefixes = [each.prefix for each in learners[1:]]
     return play_to_learner(args, config, replace(what, whole_keys=True), recording.name, prefixes)
+
+
+def _refuse_impossible(args: argparse.Namespace) -> None:
+    """Refuses seeds and faults that there are not."""
+    for flag, given, most in (
+        ("--seed", args.seed, MAX_SEED),
+        ("--underway", args.underway or 0, MAX_SEED),
+        ("--drop-outs", args.drop_outs, 60.0),
+        ("--jitter", args.jitter, 1.0),
+        ("--duplicates", args.duplicates, 0.5),
+    ):
+        if not 0 <= given <= most:
+            raise BadInput(f"{flag} {given}: give a number from 0 to {most:g}")
 
 
 def _written(folder: Path, runs: list[Recording]) -> int:
@@ -98,26 +129,26 @@ def run(args: argparse.Namespace) -> int:
         return _play_whole_vehicle(args, config, config.vehicle.file)
     if args.commands is not None:
         raise BadInput(f"{args.commands} drives the vehicle of a vehicle file; give one, --vehicle FILE")
-    scenario = config.simulation
-    if args.torque is not None and scenario.underway is not None:
-        raise BadInput("--torque and simulation.underway play two different acts; leave one of them")
+    _refuse_impossible(args)
+    if args.torque is not None and args.underway is not None:
+        raise BadInput("--torque and --underway play two different acts; leave one of them")
     manoeuvre = None if args.torque is None else read_manoeuvre(args.torque)
-    names = scenario.runs if manoeuvre is None else ()
-    runs = [] if manoeuvre is None else [steered(args.torque.stem, *manoeuvre, scenario.seed)]
+    names = args.runs if manoeuvre is None else ()
+    runs = [] if manoeuvre is None else [steered(args.torque.stem, *manoeuvre, args.seed)]
     runs += [
-        from_streams("planar", dives([PLANAR], PLANAR_DURATION_S, scenario.seed)[0])
+        from_streams("planar", dives([PLANAR], PLANAR_DURATION_S, args.seed)[0])
         if name == "planar"
-        else leng.recording(name, scenario.seed)
+        else leng.recording(name, args.seed)
         for name in names
     ]
-    act = None if scenario.underway is None else underway.play(scenario.underway)
+    act = None if args.underway is None else underway.play(args.underway)
     if act is not None:
         runs.append(act.recording)
     if args.write is not None:
         return _written(args.write, runs)
-    faults = Faults(scenario.drop_outs, scenario.drop_out_length, scenario.jitter, scenario.duplicates)
+    faults = Faults(drop_outs=args.drop_outs, jitter=args.jitter, duplicates=args.duplicates)
     whole = sequence(runs)
-    status = play_to_learner(args, config, messages(whole.streams(), faults, scenario.seed), whole.name)
+    status = play_to_learner(args, config, messages(whole.streams(), faults, args.seed), whole.name)
     if act is not None and args.truth is not None and not status:
         began = float(whole.time[-1] - act.recording.time[-1])
         truth = {"effect": act.effect, "since": round(began + act.onset, 1), "parameters": act.truth}

@@ -32,7 +32,6 @@ from service.commands import demo_underway
 from service.commands.demo_bus import KEYS, arriving, iterations, learner_answer, wait_until_alive
 from service.commands.demo_processes import START_TIMEOUT_S, command, end, process_of, verify, wait_until_ready
 from service.commands.demo_report import HEAD, line, played, summary
-from service.config.sections import Simulation
 from service.wire import EffectsLedger, Health, IterationReport
 from service.wire.json_text import write_json
 
@@ -172,7 +171,7 @@ def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
     except OSError as error:
         raise BadInput(f"nothing can be written to {out} ({error}); name another folder with --out") from error
     acts = _acts(out)
-    course = _course(out, acts, speed, ("--set", f"simulation.underway={seed}", "--truth", str(truth)), people)
+    course = _course(out, acts, speed, ("--underway", str(seed), "--truth", str(truth)), people)
     result = played(course.history, acts.hull_comes) | {"table1": course.table}
     if not truth.exists():
         raise Failed("the simulator reported no effect; see simulate.log")
@@ -189,7 +188,7 @@ def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
 
 def _acts(out: Path) -> _Acts:
     """Writes the experiment's runs; when its acts begin."""
-    runs = ["simulate", "--set", "simulation.runs=[V1, T1, V2, T2]", "--write", str(out)]
+    runs = ["simulate", "--runs", "V1", "T1", "V2", "T2", "--write", str(out)]
     if subprocess.run(command(*runs), check=False).returncode:
         raise Failed("the simulator could not write the experiment")
     hull_comes = _last_time(out / "T1.csv")
@@ -264,7 +263,7 @@ def _table_of_this_run(stack: ExitStack, out: Path) -> subprocess.Popen[bytes] |
     """Table I of the same experiment, made beside the rest; None where that is not installed."""
     if find_spec("benchmarks") is None or find_spec("sklearn") is None:
         return None
-    words = ("--seeds", "1", "--first-seed", str(Simulation().seed), "--quick", "--json", str(out / "table1.json"))
+    words = ("--seeds", "1", "--first-seed", "1", "--quick", "--json", str(out / "table1.json"))
     return stack.enter_context(process_of(out, "table1", *words))
 
 

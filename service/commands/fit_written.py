@@ -175,7 +175,7 @@ def _leave_state(directory: Path, config: Config, fit: Fit) -> Path:
     memory = {
         **replace(fit.guarded, learner=learner, checks=checks, before=None).to_dict(),
         "revision": 1,
-        "covered": [None] * config.learner.bins,
+        "covered": [None] * config.learner_settings().bins,
         "t": None,
     }
     node = LearnerNode(config, uuid.uuid4().hex[:12], memory=memory, effects=effects)

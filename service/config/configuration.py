@@ -19,7 +19,8 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.signals import SignalSettings
 from service.config.core_yaml import quote
-from service.config.sections import Archive, Bus, HealthLimits, Learner, Signals, Simulation, Tracing
+from service.config.removed import unknown
+from service.config.sections import Archive, Bus, HealthLimits, Learner, Signals, Tracing
 from service.config.vehicle import Vehicle
 from service.inputs.settings import Inputs
 from service.wire import Keys
@@ -47,7 +48,6 @@ class Config(Section):
     health: HealthLimits = HealthLimits()
     tracing: Tracing = Tracing()
     archive: Archive = Archive()
-    simulation: Simulation = Simulation()
     inputs: Inputs = Inputs()
 
     @model_validator(mode="after")
@@ -241,7 +241,7 @@ def validate(values: Mapping[str, Any], where: Mapping[tuple[str, ...], str]) ->
         named = quote(".".join(place))
         source = next((where[place[:end]] for end in range(len(place), 0, -1) if place[:end] in where), None)
         if first["type"] == "extra_forbidden":
-            reason = f"there is no {named}; `incsvr config show` lists all names"
+            reason = unknown(named)
         else:
             reason = f"{named or 'the configuration'}: {first['msg'].removeprefix('Value error, ')}"
             if not isinstance(first["input"], Mapping):

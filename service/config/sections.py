@@ -78,7 +78,6 @@ class Learner(Section):
     batch: int = Field(default=50, ge=2, le=1000, description="samples of one iteration")
     near_rate: float = Field(default=0.01, gt=0.0, le=10.0, description="a of the inclusion criterion [rad/s]")
     near_damping: float = Field(default=5.0, gt=0.0, le=1e6, description="b of the inclusion criterion [N m]")
-    bins: int = Field(default=20, ge=1, le=1000, description="bins of the forgetting criterion")
     inputs: tuple[Name, ...] = Field(
         default=("yaw_rate",),
         min_length=1,
@@ -106,14 +105,9 @@ class Learner(Section):
 
 
 class HealthLimits(Section):
-    """The limits of health's warnings, and its further key."""
+    """The limit of silence in health, and its further key."""
 
     stale_after: Seconds = Field(default=2.0, description="silence of a stream that makes health STALE [s], wall time")
-    stuck_after: Seconds = Field(default=2.0, description="a yaw rate that is constant for longer is a fault [s]")
-    warn_for: Seconds = Field(default=10.0, description="how long health shows a rejected sample [s], wall time")
-    fresh_for: Seconds = Field(
-        default=900.0, description="how long a sample counts as fresh in `learned` [s], vehicle's time"
-    )
     diagnostics: str | None = Field(
         default=None, description="key of ROS 2's DiagnosticArray of health; null: beside the Imu with preset ros2"
     )
@@ -159,37 +153,9 @@ class Archive(Section):
     """Whether all that comes in and goes out is kept, as MCAP files."""
 
     directory: Path | None = Field(default=None, description="folder of the archives; null: no archive")
-    file_mb: int = Field(default=32, ge=1, le=10_000, description="largest size of a file [MB]")
     most_mb: int = Field(
         default=2_000,
         ge=4,
         le=10_000_000,
         description="largest size of the files of all learners [MB]; the oldest are deleted",
     )
-
-    @model_validator(mode="after")
-    def _several(self) -> Self:
-        if self.most_mb < 2 * self.file_mb + 2:
-            raise ValueError("most_mb must be at least two files of file_mb and 2 MB more")
-        return self
-
-
-class Simulation(Section):
-    """The simulation of `incsvr simulate`: Leng's experiment and the faults of its sensors."""
-
-    seed: int = Field(default=1, ge=0, le=2**32 - 1, description="equal seeds give equal runs")
-    runs: tuple[Literal["V1", "T1", "V2", "T2", "planar"], ...] = Field(
-        default=("T1", "T2"),
-        min_length=1,
-        description="in this order; planar is another vehicle, whose damping couples surge, sway and yaw",
-    )
-    underway: int | None = Field(
-        default=None,
-        ge=0,
-        le=2**32 - 1,
-        description="seed of an effect that begins in a further act after the runs; null: no further act",
-    )
-    drop_outs: float = Field(default=0.0, ge=0.0, le=60.0, description="drop-outs of a stream per minute")
-    drop_out_length: Seconds = Field(default=1.0, description="mean length of a drop-out [s]")
-    jitter: float = Field(default=0.0, ge=0.0, le=1.0, description="largest disorder of messages [s]")
-    duplicates: float = Field(default=0.0, ge=0.0, le=0.5, description="share of the messages that are sent twice")

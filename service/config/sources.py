@@ -16,6 +16,7 @@ from incsvr.errors import BadInput
 from service.config.axes_of_file import vehicle_file_of, with_axes_of_file
 from service.config.configuration import Config, merge, validate
 from service.config.core_yaml import MAX_CHARACTERS, Document, parse
+from service.config.removed import unknown
 from service.inputs.presets.defaults import defaults
 
 
@@ -123,7 +124,7 @@ def _variables() -> dict[str, Any]:
     for name in named:
         top = name.removeprefix("INCSVR_").partition("__")[0].lower()
         if top not in Config.model_fields:
-            raise BadInput(f"the variable {name}: there is no {top}; `incsvr config show` lists all names")
+            raise BadInput(f"the variable {name}: {unknown(top)}")
     if not named:
         return {}
     # Loaded where it is needed alone: it brings 10 MB and a quarter of a second with it.

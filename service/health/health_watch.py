@@ -27,6 +27,10 @@ from service.health.starvation import Starvation, slow_stream
 from service.health.stream_monitor import RecentRejections, StreamMonitor
 from service.learner.node import LearnerNode
 
+WARN_S = 10.0
+"""How long health shows a rejected sample [s], wall time."""
+STUCK_S = 2.0
+"""A yaw rate that is constant for longer is a fault [s]."""
 MIN_SILENCE_S = 1.0
 """The silence after which a stream is one to stand in for [s]: streams come at 2 Hz and more."""
 UNIT_CHECK_VALUES = 1000
@@ -220,7 +224,7 @@ class HealthWatch:
         unsaved = self._conditions.unsaved
         errors = [] if unsaved is None else [f"the state cannot be saved: {unsaved}"]
         with self._lock:
-            if self._failure is not None and now - self._failure[0] <= self._limits.warn_for:
+            if self._failure is not None and now - self._failure[0] <= WARN_S:
                 errors.append(self._failure[1])
         return errors
 
@@ -248,10 +252,8 @@ class HealthWatch:
     ) -> list[str]:
         words, warnings = node.words, [*self._conditions.notices, *node.current_warnings.warnings]
         with self._lock:
-            warnings += sentences.rejection_sentences(
-                self._rejections.look(now, rejected, self._limits.warn_for), words
-            )
-            warnings += sentences.stillness_sentences(self._streams["yaw_rate"], self._limits.stuck_after, words)
+            warnings += sentences.rejection_sentences(self._rejections.look(now, rejected, WARN_S), words)
+            warnings += sentences.stillness_sentences(self._streams["yaw_rate"], STUCK_S, words)
         slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, readings, words)
         warnings += [slow] if slow else []
         with self._lock:
@@ -264,6 +266,6 @@ class HealthWatch:
         found = sentences.extrapolation_sentence(node)
         if found is not None:
             self._beyond = (now, found)
-        if self._beyond is None or now - self._beyond[0] > self._limits.warn_for:
+        if self._beyond is None or now - self._beyond[0] > WARN_S:
             return ()
         return (self._beyond[1],)

@@ -273,7 +273,7 @@ class LearnerNode:
     @property
     def fresh_coverage(self) -> float:
         """The part of the configured rate range that fresh samples cover, 0 to 1."""
-        return self._covered.fresh(self.served.t, self.config.health.fresh_for)
+        return self._covered.fresh(self.served.t)
 
     def memory(self, whole: bool = False) -> dict[str, Any]:
         """The durable memory as plain data; `whole` adds the samples on their way to the next batch."""

@@ -22,6 +22,9 @@ from service import wire
 from service.config.configuration import Config
 from service.learner.published import ServedModel, report, snapshot
 
+FRESH_S = 900.0
+"""How long a sample counts as fresh in `learned` [s], vehicle's time."""
+
 
 @dataclass(frozen=True, slots=True)
 class CommittedIteration:
@@ -51,9 +54,9 @@ class RateCoverage:
         at[bins[inside].astype(int)] = batch.time[inside]
         return RateCoverage(at, clock_restarts)
 
-    def fresh(self, newest: float | None, fresh_for: float) -> float:
-        """The part of the range that was covered within so long [s] before the newest sample, 0 to 1."""
-        return 0.0 if newest is None else float(np.mean(self.at >= newest - fresh_for))
+    def fresh(self, newest: float | None) -> float:
+        """The part of the range that was covered within FRESH_S before the newest sample, 0 to 1."""
+        return 0.0 if newest is None else float(np.mean(self.at >= newest - FRESH_S))
 
     def to_list(self) -> list[float | None]:
         """The times as plain data, None where it never was."""
@@ -135,7 +138,7 @@ def prepare(
         training_s=step.training_s,
         axis=AXES[config.vehicle.axis],
         validation=validation if step.iteration.model.is_trained else {},
-        learned=covered.fresh(served.t, config.health.fresh_for),
+        learned=covered.fresh(served.t),
     )
     shot = snapshot(served, boot, config.vehicle.inertia)
     return PreparedIteration(step.guarded, served, covered, shot, told, step.motion)

@@ -33,6 +33,8 @@ log = logging.getLogger(__name__)
 
 WRITE_PERIOD_S = 0.5
 """The period at which waiting messages are written [s]."""
+FILE_BYTES = 32_000_000
+"""The largest size of a file [bytes], unless all files together may be less than two of it."""
 CHUNK_BYTES = 65_536
 """Size of the parts that are compressed and written [bytes]: a kill -9 loses the last one."""
 QUEUE_BYTES = 8_000_000
@@ -271,5 +273,5 @@ def archive_of(config: Config, boot: str, learners: int) -> Archive | None:
     if archive.directory is None:
         return None
     told, most = about(config.model_dump(mode="json", exclude={"also"}), boot), 1_000_000 * archive.most_mb // learners
-    size = min(1_000_000 * archive.file_mb, most // 2)
+    size = min(FILE_BYTES, most // 2)
     return Archive(archive.directory, config.prefix, told, file_bytes=size, most_bytes=most)

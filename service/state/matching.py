@@ -22,7 +22,7 @@ SIDE_FILE_ENDINGS = ("-journal", "-wal", "-shm")
 
 def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
     """The values that a state must have to be restored; `effects` names the effects subtracted from samples."""
-    settings = config.learner
+    settings = config.learner_settings()
     coupled = config.coupled()
     inertia: Any = config.vehicle.inertia
     if coupled is not None:  # what samples are freed of, as JSON gives it back

@@ -90,6 +90,6 @@ def test_without_a_learner_a_recording_and_a_simulation_say_the_same(
     endpoint = free_endpoint()
     cure = "no learner answers for leng/yaw; start `incsvr serve`" if bus else f"no bus answers at {endpoint}: start"
     with open_session(listener_config_at(endpoint)) if bus else nullcontext():
-        for command in (["replay", str(run)], ["simulate", "--set", "simulation.runs=[V2]"]):
+        for command in (["replay", str(run)], ["simulate", "--runs", "V2"]):
             assert main([*command, "--connect", endpoint, "--wait", "0.1"]) == 2
             assert f"incsvr {command[0]}: {cure}" in capsys.readouterr().err

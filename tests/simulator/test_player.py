@@ -105,7 +105,7 @@ def test_the_stop_is_heard() -> None:
 
 
 def test_the_experiment_is_written_as_recordings(tmp_path: Path) -> None:
-    words = ["simulate", "--set", "simulation.runs=[V2]", "--set", "simulation.seed=3", "--write", str(tmp_path)]
+    words = ["simulate", "--runs", "V2", "--seed", "3", "--write", str(tmp_path)]
     assert main(words) == 0
     recording = read(tmp_path / "V2.csv")
     assert recording.time[-1] > 290.0

@@ -63,9 +63,9 @@ def test_the_velocity_of_an_axis_without_actuators_comes_as_a_channel(tmp_path: 
 
 def test_what_the_configuration_says_goes_before_what_the_file_says(tmp_path: Path) -> None:
     also = [{"vehicle": {"axis": "surge", "rate_limit": 9.0}}, {"prefix": "other/yaw", "vehicle": {"name": "other"}}]
-    config = of_file(tmp_path, BOAT, prefix="boat/yaw", learner={"policy": "weighted", "bins": 7}, also=also)
+    config = of_file(tmp_path, BOAT, prefix="boat/yaw", learner={"policy": "weighted", "batch": 7}, also=also)
     yaw, surge, other = config.each()
-    assert {(each.learner.policy, each.learner.bins) for each in (yaw, surge)} == {("weighted", 7)}
+    assert {(each.learner.policy, each.learner.batch) for each in (yaw, surge)} == {("weighted", 7)}
     assert (surge.prefix, surge.vehicle.rate_limit, other.prefix) == ("boat/surge", 9.0, "other/yaw")
     assert surge.learner.gamma != yaw.learner.gamma
 

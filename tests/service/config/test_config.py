@@ -16,6 +16,7 @@ from service.bus.session import from_file
 from service.cli.command_line import main
 from service.config.config_writer import commented_yaml
 from service.config.configuration import Config
+from service.config.removed import REMOVED
 from service.config.sources import add_config_arguments, from_arguments, read
 from tests.conftest import ROOT
 
@@ -40,6 +41,11 @@ def test_every_value_says_what_it_is() -> None:
     [
         ("learner:\n  gamma: 10\n  epsilon: -1\n", "line 3: learner.epsilon"),
         ("learner:\n  gama: 10\n", "line 2: there is no learner.gama"),
+        *(
+            (f"{section}: {{{key}: 1}}\n", f"line 1: {section}.{key} left the configuration; leave it out: ")
+            for section, key in (name.split(".") for name in REMOVED if "." in name)
+        ),
+        ("simulation: {seed: 1}\n", "line 1: simulation left the configuration; leave it out: `incsvr simulate` has"),
         *(
             (f"prefix: {prefix}\n", "line 1: prefix: a prefix is names with slashes between them")
             for prefix in ("a b", "a/../../b", "..", ".", "./a", "a/.", "a/..", "../a", "/a", "a//b", "a/")

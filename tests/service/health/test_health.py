@@ -169,14 +169,14 @@ def test_what_cannot_be_kept_is_an_error(watch: HealthWatch, node: LearnerNode) 
 
 
 def test_learned_is_the_fresh_part_of_the_range(clock: Clock) -> None:
-    node = LearnerNode(configured(health__fresh_for=100.0, learner__batch=10, learner__bins=10), boot="b")
+    node = LearnerNode(configured(learner__batch=10), boot="b")
     assert node.fresh_coverage == 0.0
     t = np.arange(0.0, 8.0, 0.02, dtype=np.float64)
-    for start, rate in ((0.0, 0.01), (10.0, 0.06), (200.0, 0.11)):
+    for start, rate in ((0.0, 0.01), (10.0, 0.06), (1000.0, 0.11)):
         node.push("yaw_rate", start + t, rate + 1e-4 * np.sin(t))
         node.push("torque", start + t, 100.0 * rate + np.zeros(t.size))
         assert node.learn() is not None
-        expected = {0.01: 0.1, 0.06: 0.2, 0.11: 0.1}
+        expected = {0.01: 0.05, 0.06: 0.1, 0.11: 0.05}
         assert node.fresh_coverage == pytest.approx(expected[rate])
 
 
