@@ -32,9 +32,8 @@ class Finding:
         p_value: corrected for the search.
         share: of the residual's explainable variance.
         cannot_tell_from: alternatives that explain these recordings as well.
-        next_manoeuvre: what to drive to tell them apart; empty where nothing is to be told apart.
+        next_manoeuvre: what a log must show to distinguish them; empty where it can name the effect.
         sentence: for people.
-        manoeuvre: what to drive, as rows of time [s] and torque [N m]; none where no manoeuvre helps.
         thrust: of an effect between command and thrust, at the largest command either way, rounded up: command, thrust
             and the ends of its 95 % interval [N m].
     """
@@ -48,7 +47,6 @@ class Finding:
     cannot_tell_from: tuple[str, ...]
     next_manoeuvre: str
     sentence: str
-    manoeuvre: tuple[tuple[float, float], ...] = ()
     thrust: tuple[tuple[float, float, float, float], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:

@@ -19,10 +19,9 @@ from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.equivalence import alternatives
 from incsvr.tracing.findings import Finding, Pictures, RejectedEffect, Trace
 from incsvr.tracing.held_out import is_proven
-from incsvr.tracing.manoeuvre import hopeless, separate
 from incsvr.tracing.model import model_of
 from incsvr.tracing.search import FittedHypothesis, Search
-from incsvr.tracing.sentences import of_clocks, of_loop, of_share, sentence, streams
+from incsvr.tracing.sentences import next_manoeuvre, of_clocks, of_loop, of_share, sentence, streams
 from incsvr.tracing.statistics import p_value
 from incsvr.tracing.thresholds import MAX_REJECTED
 from incsvr.tracing.torque_nature import Loop
@@ -115,10 +114,8 @@ def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis)
         parameters = part.effect.parameters(part.term, declared)
         thrust = _thrust(part.effect, part.term, problem.cells.signals)
         gain = float(np.sum(best.fitted.score - without[k].fitted.score)) / best.inflation
-        others = alternatives(search, best, k)
+        others = tuple(other.names[-1] for other in alternatives(search, best, k))
         share = losses[k] / total
-        told = separate(problem, best, k, others[0]) if others else (hopeless(part.name, part.effect.ties, words), ())
-        advice, manoeuvre = told
         findings.append(
             Finding(
                 effect=part.name,
@@ -127,10 +124,9 @@ def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis)
                 interval={name: spans[k][name] for name in parameters},
                 p_value=p_value(2.0 * gain, max(part.vector.size, 1), looked_at * part.effect.multiplicity),
                 share=share,
-                cannot_tell_from=(*(other.hypothesis.parts[-1].name for other in others), *part.effect.ties),
-                next_manoeuvre=advice,
+                cannot_tell_from=(*others, *part.effect.ties),
+                next_manoeuvre=next_manoeuvre(part.effect, others, words),
                 sentence=sentence(part.effect, parameters, spans[k], share, words),
-                manoeuvre=manoeuvre,
                 thrust=tuple((command, made, *spans[k][f"{command}"]) for command, made in thrust.items()),
             )
         )

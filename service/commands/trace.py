@@ -17,7 +17,7 @@ from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline, limits
-from service.cli.output import add_json_argument, destination, emit
+from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
 from service.commands import other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
@@ -31,7 +31,6 @@ from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.recordings import declared_inertia
 from service.recordings.log_refusals import refuse_twice
-from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
 
@@ -51,12 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.MASS_MATRIX_HELP)
     add_report_argument(parser)
-    parser.add_argument(
-        "--manoeuvre",
-        type=destination,
-        metavar="FILE.csv",
-        help="write a manoeuvre that distinguishes the explanations (`incsvr simulate --torque` plays it)",
-    )
     add_sign_argument(parser)
     add_log_arguments(parser, config=True)
     add_json_argument(parser)
@@ -64,11 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     axis, found, result = answer(args)
-    words = text(found)
     try:
-        if args.manoeuvre is not None:
-            words += f"\n  {next_manoeuvre(found.effects, args.manoeuvre)}"
-        emit(args, result, words)  # before any picture: it is kept whatever becomes of that
+        emit(args, result, text(found))  # before any picture: it is kept whatever becomes of that
     finally:
         if args.report:
             import_module(REPORT_WRITER).write(found, args.report, axis, provenance(args))
