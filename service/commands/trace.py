@@ -24,7 +24,6 @@ from service.commands.arguments import add_recordings_arguments, add_report_argu
 from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, judge_declaration
 from service.commands.other_velocities import OtherVelocities
 from service.commands.report_head import REPORT_WRITER, provenance
-from service.commands.trace_parts import Part, after_steps
 from service.commands.trace_sensors import examine_sensors, sensor_notes, with_heading_sign
 from service.commands.trace_text import text
 from service.config.configuration import Config
@@ -70,21 +69,12 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
     config = read_config(args.config).of_axis(args.axis)
     reading = replace(Reading.of(args, config), ours_whole=True)
     axis = reading.axis
-    found, others, parts = _traced(args, reading, config)
-    told = {
-        "headline": headline(found),
-        "limits": limits(found),
-        **found.to_dict(),
-        "axis": axis.name,
-        **others.to_dict(),
-    }
-    told |= {"parts": [part.to_dict() for part in parts]} if parts else {}
-    return axis, found, told
+    found, others = _traced(args, reading, config)
+    told = {"headline": headline(found), "limits": limits(found), **found.to_dict(), "axis": axis.name}
+    return axis, found, told | others.to_dict()
 
 
-def _traced(
-    args: argparse.Namespace, reading: Reading, config: Config
-) -> tuple[Trace, OtherVelocities, tuple[Part, ...]]:
+def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, OtherVelocities]:
     runs = reading.of_all(args.recordings)
     recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     refuse_twice(recordings)
@@ -94,9 +84,9 @@ def _traced(
     parts, others = dict[str, Array](), other_velocities.NO_OTHER_VELOCITIES
     if coupled is not None:
         recordings, parts, others = other_velocities.freed_recordings(coupled, recordings)
-    asked = (inertia, args.torque, reading.rate_limit, args.assume_sign)
-    found = trace_recordings(recordings[:fitted], recordings[fitted:], *asked)
-    after = after_steps(found, recordings[:fitted], lambda part: trace_recordings(part, [], *asked))
+    found = trace_recordings(
+        recordings[:fitted], recordings[fitted:], inertia, args.torque, reading.rate_limit, args.assume_sign
+    )
     if estimate is not None:
         words = words_of(reading.axis)
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")
@@ -106,8 +96,7 @@ def _traced(
         )
         found = replace(found, notes=(how, *found.notes))
     pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
-    notes = (*(part.sentence for part in after), *others.remarks, *found.notes)
-    return replace(found, notes=notes, pictures=pictures), others, after
+    return replace(found, notes=(*others.remarks, *found.notes), pictures=pictures), others
 
 
 def trace_recordings(
