@@ -123,8 +123,7 @@ class Trace:
         loop: "closed" where the torque answers the rate, else "open".
         proven: in open loop, whether the interval of the free run's change lies below zero; in closed loop, where a
             free run proves nothing, that of the predictions' change; and the model beats a rate of zero.
-        spans: where what is left is louder, or the thrust's gain another than elsewhere, from and to [s of the
-            recordings].
+        spans: where what is left is larger than elsewhere, from and to [s of the recordings].
         sought: whether effects were looked for: not where the log lacks the gyro that the controller reads.
         one_clock: whether the recordings follow one another; else nothing that changes in time was sought.
         doubts: what speaks against the declaration itself (inertia, unit or sign of the torque), each a clause that

@@ -11,7 +11,8 @@ import numpy as np
 from incsvr.effects import Effect, Signals, Term
 from incsvr.effects.torque_saturation import HIGHEST_COMMAND_QUANTILE
 from incsvr.plant.axes import of_rate
-from incsvr.tracing.adequacy import smooth_terms, unevenness
+from incsvr.tracing import spells
+from incsvr.tracing.adequacy import loud_spells, smooth_terms
 from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.confidence import intervals
@@ -55,7 +56,7 @@ def result_of(
     validation = validate(problem, nothing.fitted, best.fitted, other)
     size = block_size(cells)
     left, before = (residual(each.fitted.response.dynamics) for each in (best, nothing))
-    spread = unevenness(problem, complete.fitted, residual(complete.fitted.response.dynamics))
+    loud = loud_spells(cells, residual(complete.fitted.response.dynamics))
     model = model_of(problem, best.fitted, float(np.std(block_means(left, size))))
     declared = model_of(problem, nothing.fitted, float(np.std(block_means(before, size))))
     error = validation.to_dict(model.sigma) | {
@@ -65,16 +66,21 @@ def result_of(
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
     return Trace(
         inertia=s.inertia,
-        verdict="effects" if best.names else "unexplained" if unsought or unexplained or spread.spans else "none",
+        verdict="effects" if best.names else "unexplained" if unsought or unexplained or loud else "none",
         effects=tuple(_findings(search, nothing, best)),
         rejected=tuple(_rejected(search, best)),
         unexplained=unexplained,
         error=error,
         ignored_channels=dict(ignored),
-        notes=(*of_clocks(s), *of_loop(loop, s.words), *of_share(problem.share), *spread.notes),
+        notes=(
+            *of_clocks(s),
+            *of_loop(loop, s.words),
+            *of_share(problem.share),
+            *([spells.sentence(loud)] if loud else []),
+        ),
         loop="closed" if closed else "open",
         proven=bool(best.names) and is_proven(error, closed),
-        spans=spread.spans,
+        spans=loud,
         one_clock=s.one_clock,
         sought=not unsought,
         axis=of_rate(s.rate_name),

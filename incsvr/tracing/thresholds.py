@@ -203,10 +203,6 @@ MAX_NAMED_SPELLS = 5
 """Spells that a sentence names."""
 MIN_LOUDER_DEVIATION = 1.5
 """Deviation within the spells over that outside from which they matter; a sea that is a little rougher does not."""
-RELEVANT_GAIN_DEVIATION = 0.1
-"""Deviation of the gain over the recording from which it matters: a thrust table is no better known than to 5 %."""
-GAIN_STANDARD_ERRORS = 3.0
-"""Standard errors by which the gain in a window must differ for the window to be named."""
 
 # What is said.
 MAX_REJECTED = 12
