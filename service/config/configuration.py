@@ -19,6 +19,7 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.signals import SignalSettings
 from service.config.core_yaml import quote
+from service.config.removed import REMOVED
 from service.config.sections import Archive, Bus, HealthLimits, Learner, Signals, Simulation, Tracing
 from service.config.vehicle import Vehicle
 from service.inputs.settings import Inputs
@@ -99,8 +100,7 @@ class Config(Section):
             own=axis.rate,
             others=self.further_inputs,
             fastest={stream_of(axis, name): value for name, value in learner.fastest.items()},
-            near={stream_of(axis, name): value for name, value in learner.near.items()},
-            **learner.model_dump(exclude={"inputs", "fastest", "near"}),
+            **learner.model_dump(exclude={"inputs", "fastest"}),
         )
 
     def coupled(self) -> Coupled | None:
@@ -241,7 +241,8 @@ def validate(values: Mapping[str, Any], where: Mapping[tuple[str, ...], str]) ->
         named = quote(".".join(place))
         source = next((where[place[:end]] for end in range(len(place), 0, -1) if place[:end] in where), None)
         if first["type"] == "extra_forbidden":
-            reason = f"there is no {named}; `incsvr config show` lists all names"
+            cure = REMOVED.get(".".join(place), "`incsvr config show` lists all names")
+            reason = f"there is no {named}; {cure}"
         else:
             reason = f"{named or 'the configuration'}: {first['msg'].removeprefix('Value error, ')}"
             if not isinstance(first["input"], Mapping):
