@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--torque",
         metavar="FILE.csv",
         type=Path,
-        help="play the vehicle under this torque (columns t and torque; `incsvr trace --manoeuvre` writes one)",
+        help="play the vehicle under this torque (columns t [s] and torque [N m])",
     )
     parser.add_argument(
         "--truth",

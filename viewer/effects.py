@@ -10,7 +10,7 @@ import numpy as np
 import rerun as rr
 from rerun.components import MarkerShape
 
-from incsvr.compensation.promotion import errors
+from incsvr.compensation.proof import errors
 from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.tracing.sentences import chance
 from service.wire import Batch, EffectsLedger

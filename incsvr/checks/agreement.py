@@ -14,7 +14,6 @@ import numpy as np
 
 from incsvr.checks.curve import Curve
 from incsvr.checks.misfit import MAX_ROTOR_LAG_S, UNCLEAR, Scales, could_tell, late_since_then, misfit
-from incsvr.checks.onset import onset
 from incsvr.checks.power import turned_round, turns, with_halves
 from incsvr.checks.response import Estimate, Residual, causes
 from incsvr.checks.state import State, Vehicle
@@ -86,8 +85,6 @@ def respond(
             findings = late_since_then(seen, found, scales, until_then)
         else:
             findings = misfit(seen, found, scales, state.kinds, joint)
-            if place == 0 and not findings and state.paused_since is None:
-                findings = onset(seen, scales)
         # sway answers a step later than yaw, and is in no curve of it
         if any(turned_round(part, vehicle.inertia) for part in with_halves(samples)):
             findings = [finding for finding in findings if finding.kind != UNCLEAR]

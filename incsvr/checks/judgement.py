@@ -25,9 +25,8 @@ from incsvr.checks.clock import paces, period
 from incsvr.checks.curve import Curve
 from incsvr.checks.frozen_stream import STREAM_WORDS, stuck
 from incsvr.checks.heading import against_heading
-from incsvr.checks.leaps import leaps
 from incsvr.checks.misfit import LASTING_SIGMAS, MAX_ROTOR_LAG_S, RESPONSE, UNCLEAR
-from incsvr.checks.outliers import outliers, scatter
+from incsvr.checks.outliers import outliers
 from incsvr.checks.power import MIN_TURNING_RATE_SHARE, drives, turns
 from incsvr.checks.response import Estimate, Residual, agrees, causes
 from incsvr.checks.state import PRIOR_LAG_PRECISION, State, Vehicle
@@ -77,8 +76,6 @@ def _judged(
     saw = {
         "stuck": _stuck(state, vehicle, batch, known),
         "outliers": CheckResult(outliers(batch), True),
-        "scatter": CheckResult(scatter(batch, vehicle.largest_rate), True),
-        "leaps": CheckResult([] if known is None else leaps(batch, known), True),
         "sign": _sign(vehicle, batch),
         "unmoved": CheckResult(_unmoved(vehicle, batch, learned_until_now), True),
         "unit": _unit(state, vehicle, batch, known),

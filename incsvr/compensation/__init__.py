@@ -1,1 +1,1 @@
-"""The application of traced effects: effects in force, torque ledger, comparison on fresh data, promotion."""
+"""The application of traced effects: effects in force, torque ledger, comparison on fresh data, proof."""

@@ -18,7 +18,7 @@ class BiasDrift(Effect):
         "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 8 (slowly varying bias)"
     )
     equation = "I ṙ + d(r) = τ + N₀ + ν (t − t₀)"
-    shown_by = "a long recording with {effort}s of both signs"
+    shown_by = "a long time with {effort}s of both signs"
     acts = "outside"
     needs_clock = True
     parameter_names = ("nm_per_s", "start_nm")

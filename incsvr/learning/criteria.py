@@ -5,7 +5,6 @@ Every function answers with masks or positions into what it was given and change
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,30 +24,28 @@ class Inclusion(NamedTuple):
 
 
 def inclusion(
-    velocity: Array,
+    rate: Array,
     damping: Array,
     predicted: Array | None,
-    support_velocity: Array,
+    support_rate: Array,
     support_damping: Array,
     *,
     epsilon: float,
-    near: Sequence[float],
+    near_rate: float,
     near_damping: float,
 ) -> Inclusion:
     """Inclusion (Section III-C 1): a new sample that tells the model nothing new is discarded.
 
     Args:
-        velocity, damping: (n, d) and (n,) of the new samples [rad/s], [N m]; d = 1 over the own velocity alone.
+        rate, damping: (n,) of the new samples [rad/s], [N m].
         predicted: (n,) f(x) of the model so far [N m]; None while nothing is learned: then no tube holds a sample.
-        support_velocity, support_damping: (m, d) and (m,) of the support vectors [rad/s], [N m].
+        support_rate, support_damping: (m,) of the support vectors [rad/s], [N m].
         epsilon: half the height of the tube [N m]: discarded where |f(x) − y| < ε.
-        near, near_damping: a of each velocity [rad/s] and b [N m]: discarded where a support vector has |Δx| < a, in
-            every velocity, and |Δy| < b.
+        near_rate, near_damping: a [rad/s] and b [N m]: discarded where a support vector has |Δx| < a and |Δy| < b.
     """
     in_tube = np.zeros(damping.size, dtype=bool) if predicted is None else np.abs(predicted - damping) < epsilon
     beside = np.abs(damping[:, None] - support_damping) < near_damping
-    for new, known, reach in zip(velocity.T, support_velocity.T, near, strict=True):
-        beside &= np.abs(new[:, None] - known) < reach
+    beside &= np.abs(rate[:, None] - support_rate) < near_rate
     near_one = beside.any(axis=1) & ~in_tube
     return Inclusion(~(in_tube | near_one), in_tube, near_one)
 

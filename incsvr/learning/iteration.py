@@ -27,12 +27,11 @@ class Settings:
         near_rate, near_damping: a [rad/s], b [N m] of the inclusion.
         bins: equal bins over `rate_range` for the forgetting (the paper does not give their number).
         rate_range: the vehicle's lowest and highest yaw rate [rad/s].
-        policy: which samples are kept, "paper" or "weighted".
+        policy: which samples are kept, "paper" (over one velocity) or "weighted".
         solver: "exact", or "passes" of Eq. 8 with a warm start.
         own: the axis's own velocity, as recordings call it.
         others: further velocities that damping is learned over, channels of the samples; none by default.
         fastest: of each of them, by which it is scaled, in its unit; those left out follow what was driven.
-        near: a of the inclusion of each of them, in its unit; those left out follow `near_rate`.
     """
 
     gamma: float = 10.0
@@ -49,7 +48,6 @@ class Settings:
     own: str = "yaw_rate"
     others: tuple[str, ...] = ()
     fastest: Mapping[str, float] = field(default_factory=dict)
-    near: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("gamma", "C", "capacity", "batch", "near_rate", "near_damping", "bins"):
@@ -62,6 +60,8 @@ class Settings:
             raise BadInput(f"the learner's rate_range is [{low}, {high}] rad/s; give the lower end first")
         if self.policy not in ("paper", "weighted"):
             raise BadInput(f'the learner has no policy "{self.policy}"; choose "paper" or "weighted"')
+        if self.policy == "paper" and self.others:
+            raise BadInput("the policy paper is for one velocity; take weighted, or leave the further velocities out")
         if self.solver not in ("exact", "passes"):
             raise BadInput(f'the learner has no solver "{self.solver}"; choose "exact" or "passes"')
 

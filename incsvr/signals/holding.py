@@ -131,7 +131,6 @@ def held_command(time: Array, value: Array, at: Array, reach: float, gap: float)
         low=known,
         high=known,
         step=np.full(at.size, np.inf),
-        move=np.zeros(at.size),
         count=(tail - head + 1).astype(np.float64),
         spikes=np.zeros(at.size),
         period=period,

@@ -13,7 +13,7 @@ from incsvr.signals.smoothing import Smoothed
 
 TORQUE = "torque"
 """The filtered torque [N m]."""
-LOW, HIGH, STEP, MOVE, COUNT, SPIKES, PERIOD = "low", "high", "step", "move", "count", "spikes", "period"
+LOW, HIGH, STEP, COUNT, SPIKES, PERIOD = "low", "high", "step", "count", "spikes", "period"
 """Names of a stream's figures, as in `Smoothed`."""
 RATE_SPREAD, TORQUE_SLOPE = "yaw_rate:spread", "torque:slope"
 """The range of the yaw rate within the filter [rad/s], and the slope of the torque [N m/s],
@@ -29,7 +29,7 @@ def named(stream: str, what: str) -> str:
 
 def around(stream: str, smoothed: Smoothed) -> dict[str, Array]:
     """The properties of a stream around each sample."""
-    return {named(stream, what): getattr(smoothed, what) for what in (LOW, HIGH, STEP, MOVE, COUNT, SPIKES, PERIOD)}
+    return {named(stream, what): getattr(smoothed, what) for what in (LOW, HIGH, STEP, COUNT, SPIKES, PERIOD)}
 
 
 def newest(time: Array, value: Array, at: Array, oldest: float) -> dict[str, Array]:

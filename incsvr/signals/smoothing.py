@@ -42,7 +42,6 @@ class Smoothed:
         spread: (m,) the filter's standard deviation of the signal about its value: how far it moved meanwhile.
         low, high: (m,) the least and the largest value of the window, without its ends and what moves alone.
         step: (m,) the smallest step between two neighbours in it that differ; infinite where none do.
-        move: (m,) the mean step from one value to the next.
         count, spikes: (m,) how many values it held, and how many of them were left out as spikes.
         period: (m,) the mean time between two of them [s].
         left_out: (k,) stamps of all values that were left out of any window [s], increasing.
@@ -54,7 +53,6 @@ class Smoothed:
     low: Array
     high: Array
     step: Array
-    move: Array
     count: Array
     spikes: Array
     period: Array
@@ -191,13 +189,12 @@ def _extent(
     block: NDArray[np.intp],
     smoothed: Smoothed,
 ) -> None:
-    """Writes how far the values of each window reach, and its least and mean step, without those that stand apart."""
+    """Writes how far the values of each window reach, and its least step, without those that stand apart."""
     apart = apart.copy()
     apart[starts] = apart[ends] = True  # the ends, which no neighbour judges
     smoothed.low[block] = np.minimum.reduceat(np.where(apart, np.inf, samples), starts)
     smoothed.high[block] = np.maximum.reduceat(np.where(apart, -np.inf, samples), starts)
     smoothed.step[block] = np.minimum.reduceat(np.where(move > 0.0, move, np.inf), starts)
-    smoothed.move[block] = np.add.reduceat(np.where(apart, 0.0, move), starts) / np.maximum(ends - starts, 1)
 
 
 def _line(weight: Array, offset: Array, change: Array, starts: NDArray[np.intp]) -> tuple[Array, Array]:

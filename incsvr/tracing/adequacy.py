@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from incsvr.effects import SmoothTerm
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW
-from incsvr.tracing import local_gain
 from incsvr.tracing.candidates import leads
-from incsvr.tracing.errors import Problem
+from incsvr.tracing.cells import Cells
 from incsvr.tracing.findings import UnexplainedChannel
-from incsvr.tracing.fit import Fit
 from incsvr.tracing.search import FittedHypothesis, Search
-from incsvr.tracing.spells import sentence, spans, spells
+from incsvr.tracing.spells import spans, spells
 from incsvr.tracing.statistics import p_value, whitened
 from incsvr.tracing.thresholds import MAX_SMOOTH_TERMS, SMOOTH_LEADS
 
@@ -44,26 +41,8 @@ def smooth_terms(
     return best, tuple(found)
 
 
-@dataclass(frozen=True, slots=True)
-class Unevenness:
-    """Spans [s] in which the residual is larger, or the thrust's gain another, than elsewhere, with a sentence each."""
-
-    spans: tuple[tuple[float, float], ...]
-    notes: tuple[str, ...]
-
-
-def unevenness(problem: Problem, fitted: Fit, residual: Array) -> Unevenness:
-    """Spells of a fit's residual (n,) [N m] over the cells."""
-    cells = problem.cells
+def loud_spells(cells: Cells, residual: Array) -> tuple[tuple[float, float], ...]:
+    """Spans [s] in which a residual (n,) [N m] over the cells is larger than elsewhere."""
     s = cells.signals
-    white = whitened(residual, cells.start)
     moves = np.column_stack([np.gradient(s.torque), np.gradient(s.rate)])
-    per_scale = s.scale / cells.step
-    loud = spans(s.time, spells(white, moves, per_scale), cells.step)
-    notes = [sentence(loud)] if loud else []
-    other: tuple[tuple[float, float], ...] = ()
-    if not problem.of_innovations:  # where a controller answers, the gain says nothing
-        thrust = whitened(fitted.response.dynamics.thrust, cells.start, residual)
-        other = spans(s.time, local_gain.uneven_gain(white, thrust, per_scale), cells.step)
-        notes += [local_gain.sentence(other)] if other else []
-    return Unevenness((*loud, *other), tuple(notes))
+    return spans(s.time, spells(whitened(residual, cells.start), moves, s.scale / cells.step), cells.step)

@@ -32,9 +32,8 @@ class Finding:
         p_value: corrected for the search.
         share: of the residual's explainable variance.
         cannot_tell_from: alternatives that explain these recordings as well.
-        next_manoeuvre: what to drive to tell them apart; empty where nothing is to be told apart.
+        next_manoeuvre: what a log must show to distinguish them; empty where it can name the effect.
         sentence: for people.
-        manoeuvre: what to drive, as rows of time [s] and torque [N m]; none where no manoeuvre helps.
         thrust: of an effect between command and thrust, at the largest command either way, rounded up: command, thrust
             and the ends of its 95 % interval [N m].
     """
@@ -48,7 +47,6 @@ class Finding:
     cannot_tell_from: tuple[str, ...]
     next_manoeuvre: str
     sentence: str
-    manoeuvre: tuple[tuple[float, float], ...] = ()
     thrust: tuple[tuple[float, float, float, float], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
@@ -125,8 +123,7 @@ class Trace:
         loop: "closed" where the torque answers the rate, else "open".
         proven: in open loop, whether the interval of the free run's change lies below zero; in closed loop, where a
             free run proves nothing, that of the predictions' change; and the model beats a rate of zero.
-        spans: where what is left is louder, or the thrust's gain another than elsewhere, from and to [s of the
-            recordings].
+        spans: where what is left is larger than elsewhere, from and to [s of the recordings].
         sought: whether effects were looked for: not where the log lacks the gyro that the controller reads.
         one_clock: whether the recordings follow one another; else nothing that changes in time was sought.
         doubts: what speaks against the declaration itself (inertia, unit or sign of the torque), each a clause that

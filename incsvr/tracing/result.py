@@ -11,7 +11,8 @@ import numpy as np
 from incsvr.effects import Effect, Signals, Term
 from incsvr.effects.torque_saturation import HIGHEST_COMMAND_QUANTILE
 from incsvr.plant.axes import of_rate
-from incsvr.tracing.adequacy import smooth_terms, unevenness
+from incsvr.tracing import spells
+from incsvr.tracing.adequacy import loud_spells, smooth_terms
 from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.confidence import intervals
@@ -19,10 +20,9 @@ from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.equivalence import alternatives
 from incsvr.tracing.findings import Finding, Pictures, RejectedEffect, Trace
 from incsvr.tracing.held_out import is_proven
-from incsvr.tracing.manoeuvre import hopeless, separate
 from incsvr.tracing.model import model_of
 from incsvr.tracing.search import FittedHypothesis, Search
-from incsvr.tracing.sentences import of_clocks, of_loop, of_share, sentence, streams
+from incsvr.tracing.sentences import next_manoeuvre, of_clocks, of_loop, of_share, sentence, streams
 from incsvr.tracing.statistics import p_value
 from incsvr.tracing.thresholds import MAX_REJECTED
 from incsvr.tracing.torque_nature import Loop
@@ -56,7 +56,7 @@ def result_of(
     validation = validate(problem, nothing.fitted, best.fitted, other)
     size = block_size(cells)
     left, before = (residual(each.fitted.response.dynamics) for each in (best, nothing))
-    spread = unevenness(problem, complete.fitted, residual(complete.fitted.response.dynamics))
+    loud = loud_spells(cells, residual(complete.fitted.response.dynamics))
     model = model_of(problem, best.fitted, float(np.std(block_means(left, size))))
     declared = model_of(problem, nothing.fitted, float(np.std(block_means(before, size))))
     error = validation.to_dict(model.sigma) | {
@@ -66,16 +66,21 @@ def result_of(
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
     return Trace(
         inertia=s.inertia,
-        verdict="effects" if best.names else "unexplained" if unsought or unexplained or spread.spans else "none",
+        verdict="effects" if best.names else "unexplained" if unsought or unexplained or loud else "none",
         effects=tuple(_findings(search, nothing, best)),
         rejected=tuple(_rejected(search, best)),
         unexplained=unexplained,
         error=error,
         ignored_channels=dict(ignored),
-        notes=(*of_clocks(s), *of_loop(loop, s.words), *of_share(problem.share), *spread.notes),
+        notes=(
+            *of_clocks(s),
+            *of_loop(loop, s.words),
+            *of_share(problem.share),
+            *([spells.sentence(loud)] if loud else []),
+        ),
         loop="closed" if closed else "open",
         proven=bool(best.names) and is_proven(error, closed),
-        spans=spread.spans,
+        spans=loud,
         one_clock=s.one_clock,
         sought=not unsought,
         axis=of_rate(s.rate_name),
@@ -115,10 +120,8 @@ def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis)
         parameters = part.effect.parameters(part.term, declared)
         thrust = _thrust(part.effect, part.term, problem.cells.signals)
         gain = float(np.sum(best.fitted.score - without[k].fitted.score)) / best.inflation
-        others = alternatives(search, best, k)
+        others = tuple(other.names[-1] for other in alternatives(search, best, k))
         share = losses[k] / total
-        told = separate(problem, best, k, others[0]) if others else (hopeless(part.name, part.effect.ties, words), ())
-        advice, manoeuvre = told
         findings.append(
             Finding(
                 effect=part.name,
@@ -127,10 +130,9 @@ def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis)
                 interval={name: spans[k][name] for name in parameters},
                 p_value=p_value(2.0 * gain, max(part.vector.size, 1), looked_at * part.effect.multiplicity),
                 share=share,
-                cannot_tell_from=(*(other.hypothesis.parts[-1].name for other in others), *part.effect.ties),
-                next_manoeuvre=advice,
+                cannot_tell_from=(*others, *part.effect.ties),
+                next_manoeuvre=next_manoeuvre(part.effect, others, words),
                 sentence=sentence(part.effect, parameters, spans[k], share, words),
-                manoeuvre=manoeuvre,
                 thrust=tuple((command, made, *spans[k][f"{command}"]) for command, made in thrust.items()),
             )
         )

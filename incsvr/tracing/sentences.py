@@ -49,6 +49,18 @@ AHEAD = (
 """The sentence on a negative delay."""
 
 
+def next_manoeuvre(effect: Effect, others: Sequence[str], words: AxisWords = YAW_WORDS) -> str:
+    """What a log must show to distinguish an effect from the others that explain this one as well, or that none can."""
+    if others:
+        return f"to distinguish it from {others[0]}, the log must show {words.fill(effect.shown_by)}"
+    if effect.ties:
+        return (
+            f"no manoeuvre in {words.name} distinguishes it from {effect.ties[0]}: both explain every motion alike; "
+            "measure one of the two by other means (a bollard pull, a pendulum test)"
+        )
+    return ""
+
+
 def sentence(
     effect: Effect,
     parameters: Mapping[str, float],

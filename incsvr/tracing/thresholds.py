@@ -203,22 +203,6 @@ MAX_NAMED_SPELLS = 5
 """Spells that a sentence names."""
 MIN_LOUDER_DEVIATION = 1.5
 """Deviation within the spells over that outside from which they matter; a sea that is a little rougher does not."""
-RELEVANT_GAIN_DEVIATION = 0.1
-"""Deviation of the gain over the recording from which it matters: a thrust table is no better known than to 5 %."""
-GAIN_STANDARD_ERRORS = 3.0
-"""Standard errors by which the gain in a window must differ for the window to be named."""
-
-# What to drive next.
-ENOUGH_EVIDENCE = 10.0
-"""Expected logarithm of the likelihood ratio with which a manoeuvre is worth driving."""
-NO_EVIDENCE = 0.5
-"""Expected logarithm of the likelihood ratio below which a manoeuvre tells nothing."""
-MANOEUVRE_SCALES = (12.0, 48.0)
-"""Time scales of the motion that a manoeuvre lasts."""
-STAIR_TORQUE_SHARES = (0.25, 0.0, -0.25, 0.5, 0.0, -0.5, 1.0, 0.0, -1.0, 0.75, 0.1, -0.75, -0.1)
-"""Parts of the largest torque that a stair holds, one after the other."""
-MAX_MANOEUVRE_RATE = 1.3
-"""Rate of a manoeuvre in the fastest that was driven, beyond which nothing is known of the damping."""
 
 # What is said.
 MAX_REJECTED = 12

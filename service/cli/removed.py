@@ -14,6 +14,8 @@ REMOVED: Mapping[tuple[str, str], str] = {
     "router by Zenoh's documentation",
     ("compare", "--from-learner"): "compare the logs of the dives (`serve --archive` records them), or stored tables "
     "of dives",
+    ("trace", "--manoeuvre"): "`next_manoeuvre` says what a log must show; write the efforts of a drive yourself, as a "
+    "CSV file with the columns t and torque, and `incsvr simulate --torque FILE.csv` plays it",
     ("export", "--link"): "replace base_link in the exported file",
     ("export", "--format uuv"): "take gazebo for gz-sim, or json and put its figures into a <hydrodynamic_model>",
     ("export", "--format python-vehicle-simulator"): "take python, and call its acceleration in the dynamics of your "

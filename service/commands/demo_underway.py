@@ -15,7 +15,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from incsvr.compensation.promotion import errors
+from incsvr.compensation.proof import errors
 from incsvr.effects.torque_asymmetry import THRUST_TABLE_ERROR
 from service.cli.output import WIDTH
 from service.wire import EffectsLedger

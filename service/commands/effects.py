@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from incsvr.compensation.promotion import errors
+from incsvr.compensation.proof import errors
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
 from incsvr.plant.words import YAW_WORDS, AxisWords, words_of

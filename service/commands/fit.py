@@ -151,7 +151,7 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
 def _chosen(args: argparse.Namespace, config: Config) -> dict[str, Any]:
     """The settings of the learner that no recording decides: as configured, and the policy of the flag."""
     settings = config.learner_settings()
-    names = () if _as_configured(args) else ("policy", "solver", "capacity", "batch", "fastest", "near")
+    names = () if _as_configured(args) else ("policy", "solver", "capacity", "batch", "fastest")
     policy = {} if args.policy is None else {"policy": args.policy}
     return {name: getattr(settings, name) for name in names} | policy
 

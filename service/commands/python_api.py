@@ -26,7 +26,6 @@ from service.commands.identify_text import text as identify_text
 from service.commands.python_results import CompareResult, FitResult, IdentifyResult, Log, TraceResult
 from service.commands.trace_text import text as trace_text
 from service.config.sources import read as read_config
-from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading
 
 LOG_FLAGS = ("preset", "column", "system", "axis")
@@ -60,10 +59,7 @@ def trace(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> TraceResu
     args = _arguments("trace", trace_command, recordings, validate, flags)
     with without_bars():
         axis, found, result = trace_command.answer(args)
-    words = trace_text(found)
-    if args.manoeuvre is not None:
-        words += f"\n  {next_manoeuvre(found.effects, args.manoeuvre)}"
-    return TraceResult(result, words, axis, found)
+    return TraceResult(result, trace_text(found), axis, found)
 
 
 def identify(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> IdentifyResult:

@@ -17,21 +17,19 @@ from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline, limits
-from service.cli.output import add_json_argument, destination, emit
+from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
 from service.commands import other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
 from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, judge_declaration
 from service.commands.other_velocities import OtherVelocities
 from service.commands.report_head import REPORT_WRITER, provenance
-from service.commands.trace_parts import Part, after_steps
 from service.commands.trace_sensors import examine_sensors, sensor_notes, with_heading_sign
 from service.commands.trace_text import text
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.recordings import declared_inertia
 from service.recordings.log_refusals import refuse_twice
-from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
 
@@ -51,12 +49,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.MASS_MATRIX_HELP)
     add_report_argument(parser)
-    parser.add_argument(
-        "--manoeuvre",
-        type=destination,
-        metavar="FILE.csv",
-        help="write a manoeuvre that distinguishes the explanations (`incsvr simulate --torque` plays it)",
-    )
     add_sign_argument(parser)
     add_log_arguments(parser, config=True)
     add_json_argument(parser)
@@ -64,11 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     axis, found, result = answer(args)
-    words = text(found)
     try:
-        if args.manoeuvre is not None:
-            words += f"\n  {next_manoeuvre(found.effects, args.manoeuvre)}"
-        emit(args, result, words)  # before any picture: it is kept whatever becomes of that
+        emit(args, result, text(found))  # before any picture: it is kept whatever becomes of that
     finally:
         if args.report:
             import_module(REPORT_WRITER).write(found, args.report, axis, provenance(args))
@@ -80,21 +69,12 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
     config = read_config(args.config).of_axis(args.axis)
     reading = replace(Reading.of(args, config), ours_whole=True)
     axis = reading.axis
-    found, others, parts = _traced(args, reading, config)
-    told = {
-        "headline": headline(found),
-        "limits": limits(found),
-        **found.to_dict(),
-        "axis": axis.name,
-        **others.to_dict(),
-    }
-    told |= {"parts": [part.to_dict() for part in parts]} if parts else {}
-    return axis, found, told
+    found, others = _traced(args, reading, config)
+    told = {"headline": headline(found), "limits": limits(found), **found.to_dict(), "axis": axis.name}
+    return axis, found, told | others.to_dict()
 
 
-def _traced(
-    args: argparse.Namespace, reading: Reading, config: Config
-) -> tuple[Trace, OtherVelocities, tuple[Part, ...]]:
+def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, OtherVelocities]:
     runs = reading.of_all(args.recordings)
     recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     refuse_twice(recordings)
@@ -104,9 +84,9 @@ def _traced(
     parts, others = dict[str, Array](), other_velocities.NO_OTHER_VELOCITIES
     if coupled is not None:
         recordings, parts, others = other_velocities.freed_recordings(coupled, recordings)
-    asked = (inertia, args.torque, reading.rate_limit, args.assume_sign)
-    found = trace_recordings(recordings[:fitted], recordings[fitted:], *asked)
-    after = after_steps(found, recordings[:fitted], lambda part: trace_recordings(part, [], *asked))
+    found = trace_recordings(
+        recordings[:fitted], recordings[fitted:], inertia, args.torque, reading.rate_limit, args.assume_sign
+    )
     if estimate is not None:
         words = words_of(reading.axis)
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")
@@ -116,8 +96,7 @@ def _traced(
         )
         found = replace(found, notes=(how, *found.notes))
     pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
-    notes = (*(part.sentence for part in after), *others.remarks, *found.notes)
-    return replace(found, notes=notes, pictures=pictures), others, after
+    return replace(found, notes=(*others.remarks, *found.notes), pictures=pictures), others
 
 
 def trace_recordings(

@@ -99,8 +99,7 @@ class Config(Section):
             own=axis.rate,
             others=self.further_inputs,
             fastest={stream_of(axis, name): value for name, value in learner.fastest.items()},
-            near={stream_of(axis, name): value for name, value in learner.near.items()},
-            **learner.model_dump(exclude={"inputs", "fastest", "near"}),
+            **learner.model_dump(exclude={"inputs", "fastest"}),
         )
 
     def coupled(self) -> Coupled | None:

@@ -118,4 +118,5 @@ class _Reader:
             raise self.wrong(node, "this number has too many digits") from None
 
     def wrong(self, where: yaml.Node | yaml.Event, sentence: str) -> BadInput:
-        return BadInput(f"{self._name}, line {where.start_mark.line + 1}: {sentence}")
+        line = 1 if where.start_mark is None else where.start_mark.line + 1
+        return BadInput(f"{self._name}, line {line}: {sentence}")

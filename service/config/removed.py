@@ -4,6 +4,7 @@ from __future__ import annotations
 
 REMOVED = {
     "learner.bins": "the criterion has 20 bins",
+    "learner.near": "over several velocities the policy weighted learns, which needs none",
     "health.stuck_after": "a yaw rate that is constant for 2 s is a fault",
     "health.warn_for": "health shows a rejected sample for 10 s",
     "health.fresh_for": "a sample counts as fresh for 900 s",

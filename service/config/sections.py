@@ -87,20 +87,18 @@ class Learner(Section):
     fastest: dict[Name, Positive] = Field(
         default={}, description="largest value of a further input, its scale; else the largest that was driven"
     )
-    near: dict[Name, Positive] = Field(
-        default={}, description="a of the inclusion criterion of a further input; else near_rate as a part of fastest"
-    )
 
     @model_validator(mode="after")
     def _over_several(self) -> Self:
         further = self.inputs[1:]
         if further and self.solver == "passes":
             raise ValueError("the passes of Eq. 8 are for one velocity; set solver to exact or leave one input")
-        for name, given in (("fastest", self.fastest), ("near", self.near)):
-            foreign = [each for each in given if each not in further]
-            if foreign:
-                known = ", ".join(further) or "none"
-                raise ValueError(f"{name} names {foreign[0]}, which is no further input (they are: {known})")
+        if further and self.policy == "paper":
+            raise ValueError("the policy paper is for one velocity; take weighted or leave one input")
+        foreign = [each for each in self.fastest if each not in further]
+        if foreign:
+            known = ", ".join(further) or "none"
+            raise ValueError(f"fastest names {foreign[0]}, which is no further input (they are: {known})")
         return self
 
 

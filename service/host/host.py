@@ -165,7 +165,6 @@ class Host:
             *(() if effects is None else effects.warnings),
             *(() if mapped is None else mapped.notices()),
             *(() if self._archive is None else self._archive.notices()),
-            *(() if self._live is None else self._live.notices),
             *self._estimate(),
             *thrust_notice(self.node, self._thrust_change),
         )

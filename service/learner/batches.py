@@ -130,12 +130,6 @@ class Batches:
         with self._lock:
             return {} if self._window is None else self._window.streams(until)
 
-    @property
-    def window_begin(self) -> float:
-        """Where the data of the window begin [s]; infinite before yaw rate and torque have come."""
-        with self._lock:
-            return math.inf if self._window is None else self._window.first
-
     def window_end(self, until: float | None = None) -> float | None:
         """The end of the window [s], where it is full: `until`, or the newest stamp where that is earlier or None."""
         with self._lock:

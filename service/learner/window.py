@@ -47,11 +47,6 @@ class Window:
         """The stamp until which yaw rate and torque have come [s]; −∞ before they have."""
         return min(self._streams[name].newest for name in REQUIRED)
 
-    @property
-    def first(self) -> float:
-        """The stamp from which on yaw rate and torque are kept [s]; infinite before they have come."""
-        return max(self._streams[name].first for name in REQUIRED)
-
     def is_full(self, until: float) -> bool:
         """Whether yaw rate and torque reach back over the whole length before the time `until` [s], or hold as many
         values as are kept."""

@@ -17,8 +17,6 @@ MAX_MEMORY_BYTES = 2 * 1024**3
 """Address space of the process: the longest trace known takes a quarter of it."""
 MAX_FILE_BYTES = 64 * 1024**2
 """Largest file that it writes: an answer takes less than one."""
-NO_ANSWER = 2
-"""Exit status of a process whose data cannot answer."""
 SESSION_NICENESS = "5"
 """The step by which its session stands back where Linux shares the processor among sessions first: the priority of a
 process counts within its session alone there, and it has one of its own. It still gets a quarter of a core that another

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from incsvr.compensation.promotion import Comparison
+from incsvr.compensation.proof import Proof
 from incsvr.errors import BadInput
 from service.config.configuration import Config
 from service.config.traced_effects import OperatorVerb, TracedEffects, effects_from_trace
@@ -21,10 +21,9 @@ from service.learner.node import BatchEnd, LearnerNode
 from service.live import ledger, worker
 from service.live.proof_decision import decide_proof
 from service.live.trace_content import TraceContent
-from service.live.tracing_process import TracingProcess, WorkerDied
+from service.live.tracing_process import TracingProcess
 from service.live.tracing_state import RESIDUAL, TracingState, Work
 from service.live.worker import Begin, Worker
-from service.live.worker_watch import WorkerWatch
 
 log = logging.getLogger(__name__)
 
@@ -49,7 +48,6 @@ class LiveTracing:
         self._child: Worker | None = None
         self._work: tuple[Work, BatchEnd] | None = None
         self._ends: deque[BatchEnd] = deque(maxlen=MAX_WAITING_BATCHES)
-        self._watch = WorkerWatch()
 
     def to_dict(self) -> dict[str, Any]:
         """The durable state as plain data."""
@@ -66,11 +64,6 @@ class LiveTracing:
         """The time from which on the effects in force are known to apply [s]."""
         since = None if self.state.active is None else self.state.active.since
         return -math.inf if since is None else since
-
-    @property
-    def notices(self) -> tuple[str, ...]:
-        """The sentences on faults of the tracing process, for health. From any thread."""
-        return self._watch.notices()
 
     @property
     def work(self) -> Work | None:
@@ -101,14 +94,10 @@ class LiveTracing:
         """The work that is due with the data until the end of a batch."""
         if self._config.further_inputs and not end.served.model.is_trained:  # what they take is not known yet
             return None
-        window, batches = self._config.tracing.window, node.batches
-        self.state = self.state.after_clock_restart(end.time).with_data_from(batches.window_begin, window)
-        work = self.state.due(end.time, window, self._config.tracing.proof)
-        # A proof of what was suspected before a restart needs less than a full window.
-        begun_again = work == "prove" and self.state.suspect is not None and self.state.bets_from is not None
-        if begun_again or batches.window_end(end.time) == end.time:  # else its data are not there, or have gone
-            return work
-        return None
+        self.state = self.state.after_clock_restart(end.time)
+        if node.batches.window_end(end.time) != end.time:  # its data are not there, or have gone
+            return None
+        return self.state.due(end.time, self._config.tracing.window, self._config.tracing.proof)
 
     def _start(self, node: LearnerNode, work: Work, end: BatchEnd) -> bool:
         """Starts it beside the learner, where nothing else is at work; True where the ledger says more than before."""
@@ -118,11 +107,8 @@ class LiveTracing:
         try:
             self._child = self._begin(worker.job(self._config, before, work, end.time, end.served.model), recent)
         except OSError as error:
-            self._watch.fail(work, f"no process could be started: {error}")
             self._conclude_failure(work, end, before, f"no process could be started beside the learner: {error}")
             return True
-        if self._child is not None:
-            self._watch.begin(work)
         return self._child is not None
 
     def conclude(self, node: LearnerNode) -> TracingState | None:
@@ -138,20 +124,14 @@ class LiveTracing:
         before, (work, end) = self.state, under_way
         try:
             found = child.answer()
-            self._watch.end()
             if work == "trace":
                 self._conclude_trace(end, found)
             else:
                 self._conclude_proof(node, end, found)
-        except WorkerDied as error:
-            self._watch.fail(work, str(error))
-            self._conclude_failure(work, end, before, str(error))
         except BadInput as error:
-            self._watch.end()
             self._conclude_failure(work, end, before, str(error))
         except Exception as error:  # whatever it answered, learning goes on
             log.exception("%s: a fault of this program", self._config.prefix)
-            self._watch.fail(work, f"{type(error).__name__}: {error}")
             self._conclude_failure(work, end, before, f"{type(error).__name__}: {error}")
         finally:
             child.close()
@@ -250,13 +230,13 @@ class LiveTracing:
                 note("suspected", finding["sentence"], name, content=content)
 
     def _conclude_proof(self, node: LearnerNode, end: BatchEnd, found: Mapping[str, Any]) -> None:
-        comparison, before, newest = Comparison.from_dict(found), self.state, end.time
+        proof, before, newest = Proof(**found), self.state, end.time
         if before.under_test is None:
             return
         content = before.under_test[1]
         names = self._names(content)
-        decision = decide_proof(before, before.under_test, names, comparison, newest, self._config.tracing, node.words)
-        self._enter(before.after_proof(newest, decision.verdict, decision.error, decision.won))
+        decision = decide_proof(before, before.under_test, names, proof, newest, self._config.tracing, node.words)
+        self._enter(before.after_proof(newest, decision.verdict, decision.error))
         if decision.step is None:
             log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(names), decision.verdict, decision.why)
             return

@@ -70,11 +70,6 @@ class TraceContent:
         """Its effects by name, in the order in which they were added."""
         return tuple(str(finding["effect"]) for finding in self.effects)
 
-    @property
-    def key(self) -> str:
-        """Tells sets of effects apart, in whichever order they were added."""
-        return ", ".join(sorted(self.names))
-
     def compared(self, error: Mapping[str, Any], until: float) -> TraceContent:
         """The content after a comparison on fresh data up to `until` [s]."""
         return replace(self, proof=FreshProof(error, until))

@@ -9,13 +9,12 @@ from typing import Any
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.fresh_data import as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
-from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.learning.several_velocities.freeing import streams_by_itself
 from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
-from incsvr.signals import REQUIRED, SignalSettings
+from incsvr.signals import REQUIRED
 from incsvr.signals.coupled import decoupled_streams
 from incsvr.tracing import trace_if_found
 from incsvr.tracing.model import TracedModel
@@ -76,11 +75,9 @@ def _usable(found: Mapping[str, Any]) -> bool:
 
 
 def _compare(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
-    signals = SignalSettings(**job["signals"] | {"channels": tuple(job["signals"]["channels"])})
-    settings = Settings(**job["learner"] | {"rate_range": tuple(job["learner"]["rate_range"])})
     without = None if job["without"] is None else _compensation(job["without"])
     effects = _compensation(job["effects"])
-    return asdict(compare_on_fresh_data(streams, job["fresh"], signals, settings, without, effects, job["closed"]))
+    return asdict(compare_on_fresh_data(streams, job["fresh"], without, effects, job["closed"]))
 
 
 def _compensation(model: Mapping[str, Any]) -> Compensation:

@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.live.background import MAX_MEMORY_BYTES, NO_ANSWER, end_with_the_parent, stand_back
+from service.live.background import MAX_MEMORY_BYTES, end_with_the_parent, stand_back
 
 NICENESS = 10
 """The step by which it stands back: it still gets a tenth of a core that others want as a whole."""
@@ -29,7 +29,7 @@ def main(folder: Path) -> int:
         _answer(folder)
     except BadInput as error:
         print(error, file=sys.stderr)
-        return NO_ANSWER
+        return 1
     except MemoryError:
         print(f"it needs more than {MAX_MEMORY_BYTES / 1e9:.1f} GB of memory", file=sys.stderr)
         return 1

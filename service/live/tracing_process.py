@@ -21,7 +21,6 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Streams
-from service.live.background import NO_ANSWER
 from service.live.tracing_job import MAX_PROCESSOR_S
 from service.wire.json_text import write_json
 
@@ -29,10 +28,6 @@ DEADLINE_S = 600.0
 """The time after which a process hangs [s], by the clock on the wall: the slowest trace known took 24."""
 _MAX_REASON_CHARS = 300
 _work_lock = threading.Lock()
-
-
-class WorkerDied(BadInput):
-    """The process ended without an answer, which is no fault of the data."""
 
 
 class TracingProcess:
@@ -82,24 +77,22 @@ class TracingProcess:
         """The result of the process, once it has ended.
 
         Raises:
-            WorkerDied: it was killed, hung or failed, in one sentence.
-            BadInput: the data cannot answer, likewise.
+            BadInput: it was killed, hung or failed, or the data cannot answer, in one sentence.
         """
         folder, status = Path(self._folder.name), self.process.poll()
         if status is None:
-            raise WorkerDied(f"it was stopped after {self._deadline:g} s")
+            raise BadInput(f"it was stopped after {self._deadline:g} s")
         if status < 0 and status == -signal.SIGXCPU:
-            raise WorkerDied(f"it took more than {MAX_PROCESSOR_S} s of processor time")
+            raise BadInput(f"it took more than {MAX_PROCESSOR_S} s of processor time")
         if status < 0:
-            raise WorkerDied(f"its process was killed by signal {-status}")
+            raise BadInput(f"its process was killed by signal {-status}")
         if status > 0:
             said = (folder / "said").read_text(encoding="utf-8", errors="replace").strip()
-            kind = BadInput if status == NO_ANSWER else WorkerDied
-            raise kind((said.splitlines() or [f"its process ended with status {status}"])[-1][:_MAX_REASON_CHARS])
+            raise BadInput((said.splitlines() or [f"its process ended with status {status}"])[-1][:_MAX_REASON_CHARS])
         try:
             return json.loads((folder / "answer.json").read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            raise WorkerDied(f"its answer cannot be read: {error}") from None
+            raise BadInput(f"its answer cannot be read: {error}") from None
 
     def close(self) -> None:
         """Ends the process where it has not ended, and removes its data."""

@@ -12,23 +12,19 @@ came and how long the process took.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from incsvr.compensation.promotion import Verdict
+from incsvr.compensation.proof import Verdict
 from service.live.trace_content import TraceContent
 
 FRESH_PART = 0.25
 """This part of the window comes between two traces: a process beside the learner is not always busy, and what came on
 lately is in all of the window's newest half before three quarters of a window passed."""
 TRIAL_PART = 0.5
-"""A suspected effect is compared on all data since its trace, each time that `tracing.proof` more has come, until that
-is this part of the window; then it has proven itself or is refused. What is in force is compared whenever so much is
-fresh. Before the fresh data the models know the rest of the window."""
-MAX_BETS = 10
-"""Sets of effects whose bets are remembered; those that were suspected longest ago go."""
+"""What is in force is compared whenever so much of the window is fresh; the models are fitted to the rest of it. A
+vehicle that lies still after a trace is waited for so long, and then what is suspected is refused."""
 MAX_STEPS = 60
 """Steps that the history keeps; the oldest go."""
 RESIDUAL = "residual"
@@ -41,7 +37,7 @@ Mode = Literal["off", "advise", "adopt"]
 
 @dataclass(frozen=True, slots=True)
 class TracingState:
-    """The durable state of live tracing.
+    """The state of live tracing; all but the suspicion is durable, because the data that it is judged on are not.
 
     Attributes:
         active: the trace whose effects are in force.
@@ -49,14 +45,8 @@ class TracingState:
         proven: the trace whose effects have proven themselves and wait for an operator.
         unseen_from: neither a trace nor a proof has seen what is younger than this [s].
         traced_until: the newest data of the last trace [s].
-        suspicions: how many sets of effects were suspected: the chance that is spent on each becomes less.
-        bets: of a set of effects, by its names, its number among those suspected, and ln of what betting on it won
-            until now. What is suspected again goes on from there: its data are later ones each time, and what is won by
-            one bet after another is multiplied.
         vetoed: effects that an operator has withdrawn: nobody else promotes them again.
         history: every step, in the ledger's form.
-        bets_from: where the data begin that are bet on what is suspected [s], where the raw data of its trace are gone;
-            None: where its trace ended. A restart sets it anew.
     """
 
     active: TraceContent | None = None
@@ -64,36 +54,28 @@ class TracingState:
     proven: TraceContent | None = None
     unseen_from: float = 0.0
     traced_until: float | None = None
-    suspicions: int = 0
-    bets: Mapping[str, tuple[int, float]] = field(default_factory=dict)
     vetoed: tuple[str, ...] = ()
     history: tuple[dict[str, Any], ...] = ()
-    bets_from: float | None = None
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> TracingState:
         """The state whose `to_dict` gave `data`; what an earlier version kept beside it is left out."""
         return TracingState(
             active=_content(data.get("force")),
-            suspect=_content(data.get("shadow")),
             proven=_content(data.get("proven")),
             unseen_from=data.get("fresh", 0.0),
             traced_until=data.get("traced"),
-            suspicions=data.get("suspicions", 0),
-            bets={name: (int(count), float(won)) for name, (count, won) in dict(data.get("bets", {})).items()},
             vetoed=tuple(data.get("held", ())),
             history=tuple(data.get("history", ())),
         )
 
     def to_dict(self) -> dict[str, Any]:
         """The fields as plain data, in the form of the durable state."""
-        contents = {"force": self.active, "shadow": self.suspect, "proven": self.proven}
+        contents = {"force": self.active, "proven": self.proven}
         return {
             **{key: None if content is None else content.to_dict() for key, content in contents.items()},
             "fresh": self.unseen_from,
             "traced": self.traced_until,
-            "suspicions": self.suspicions,
-            "bets": dict(self.bets),
             "held": list(self.vetoed),
             "history": list(self.history),
         }
@@ -121,8 +103,7 @@ class TracingState:
             window, proof: as configured [s].
         """
         wanted = proof if self.suspect else TRIAL_PART * window
-        unseen_from = self.unseen_from if self.suspect is None else max(self.unseen_from, self.trial_from)
-        if self.under_test is not None and newest >= unseen_from + wanted:
+        if self.under_test is not None and newest >= self.unseen_from + wanted:
             return "prove"
         # What was found is only found again.
         rest = FRESH_PART * window if self.proven is None and self.active is None else window
@@ -133,23 +114,7 @@ class TracingState:
         """The state after a restart of the vehicle's clock: all times count from now."""
         if newest >= max(self.unseen_from, self.traced_until or 0.0):
             return self
-        return replace(self, unseen_from=newest, traced_until=None, bets_from=-math.inf)
-
-    @property
-    def trial_from(self) -> float:
-        """Where the data begin that are bet on what is suspected [s]; −∞ where that is not known."""
-        if self.bets_from is not None or self.suspect is None or self.suspect.until is None:
-            return -math.inf if self.bets_from is None else self.bets_from
-        return self.suspect.until
-
-    def with_data_from(self, first: float, window: float) -> TracingState:
-        """Where all raw data begin at `first` [s], as after a restart, and what is suspected is of earlier ones.
-
-        It stays suspected, and is bet on once half a window of data has come from which the models learn.
-        """
-        if self.suspect is None or self.trial_from >= first:
-            return self
-        return replace(self, bets_from=first + TRIAL_PART * window)
+        return replace(self, suspect=None, unseen_from=newest, traced_until=None)
 
     def with_step(self, step: Mapping[str, Any], about: Sequence[str] = (RESIDUAL,)) -> TracingState:
         """The state with a further step of the history for each of these effects."""
@@ -158,35 +123,19 @@ class TracingState:
 
     def after_trace(self, newest: float, found: TraceContent | None) -> TracingState:
         """A trace of the data up to `newest` [s] ended; None where it found nothing that can be taken up."""
-        if found is None:
-            return replace(self, suspect=None, traced_until=newest)
-        count, won = self.bets.get(found.key, (self.suspicions + 1, 0.0))
-        others = [(name, bet) for name, bet in self.bets.items() if name != found.key]
-        bets = dict([*others[1 - MAX_BETS :], (found.key, (count, won))])
-        suspicions = max(count, self.suspicions)
-        on = replace(self, suspect=found, traced_until=newest, unseen_from=newest, bets_from=None)
-        return replace(on, suspicions=suspicions, bets=bets)
-
-    @property
-    def prior_bet(self) -> tuple[int, float]:
-        """The number of the suspected set among all suspected ones, and ln of what earlier bets on it won."""
-        return (1, 0.0) if self.suspect is None else self.bets.get(self.suspect.key, (max(self.suspicions, 1), 0.0))
+        unseen_from = self.unseen_from if found is None else newest
+        return replace(self, suspect=found, traced_until=newest, unseen_from=unseen_from)
 
     def overdue(self, newest: float, window: float) -> bool:
-        """Whether half a window passed since bets on what is suspected could begin.
+        """Whether half a window passed since the trace of what is suspected: the data before it are going."""
+        traced = self.traced_until
+        return self.suspect is not None and traced is not None and newest >= traced + TRIAL_PART * window
 
-        The data before are going, and a proof that could not be made by then cannot be made.
-        """
-        return math.isfinite(self.trial_from) and newest >= self.trial_from + TRIAL_PART * window
-
-    def after_proof(
-        self, newest: float, verdict: Verdict, error: Mapping[str, Any] | None = None, won: float = 0.0
-    ) -> TracingState:
+    def after_proof(self, newest: float, verdict: Verdict, error: Mapping[str, Any] | None = None) -> TracingState:
         """A proof of what is under test, on data up to `newest` [s], ended.
 
         Args:
             error: the errors before and after; None where no comparison could tell yet.
-            won: ln of what was won by bets on these data.
         """
         if self.under_test is None:
             return self
@@ -195,14 +144,11 @@ class TracingState:
         on = replace(self, unseen_from=newest)
         match role, verdict:
             case "suspected", "promoted":
-                return replace(on, active=seen, suspect=None, bets=self._bets_without(content))
+                return replace(on, active=seen, suspect=None)
             case "suspected", "proven":
-                return replace(on, proven=seen, suspect=None, bets=self._bets_without(content))
+                return replace(on, proven=seen, suspect=None)
             case "suspected", "refused":
-                count, before = self.prior_bet
-                # with less than it began with, a new bet is the better one: it is counted anew
-                kept = {content.key: (count, before + won)} if before + won > 0.0 else {}
-                return replace(on, suspect=None, bets={**self._bets_without(content), **kept})
+                return replace(on, suspect=None)
             case "suspected", _:
                 return replace(on, suspect=seen)
             case "proven", "withdrawn":
@@ -213,9 +159,6 @@ class TracingState:
                 return replace(on, active=None)
             case _, _:
                 return replace(on, active=seen)
-
-    def _bets_without(self, content: TraceContent) -> dict[str, tuple[int, float]]:
-        return {name: bet for name, bet in self.bets.items() if name != content.key}
 
     def promote(self, role: Role) -> TracingState:
         """An operator has promoted what is suspected or proven."""

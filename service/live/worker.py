@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
 from typing import Any, Protocol
 
 from incsvr.learning.model import Model
@@ -57,8 +55,6 @@ def _job(config: Config, state: TracingState, work: Work, newest: float) -> dict
     role, content = state.under_test
     return {
         "work": work,
-        "signals": asdict(config.signal_settings()),
-        "learner": asdict(replace(config.learner_settings(), others=(), fastest={}, near={})),  # the axis by itself
         "fresh": _fresh(config.tracing, state, newest),
         "closed": content.loop != "open",
         "without": None if role == "active" or state.active is None else state.active.model,
@@ -67,12 +63,9 @@ def _job(config: Config, state: TracingState, work: Work, newest: float) -> dict
 
 
 def _fresh(settings: Tracing, state: TracingState, newest: float) -> float:
-    """The begin of the data of a proof that are unseen by its effects [s].
-
-    It is the same at each look at suspected effects, and so are the models: their bets go on where they stood.
-    """
-    longest = newest - TRIAL_PART * settings.window
-    return state.trial_from if state.suspect is not None and math.isfinite(state.trial_from) else longest
+    """The begin of the data of a proof that are unseen by its effects [s]: of suspected ones all since their trace."""
+    traced = state.traced_until
+    return newest - TRIAL_PART * settings.window if state.suspect is None or traced is None else traced
 
 
 def _since(settings: Tracing, state: TracingState, newest: float) -> float:

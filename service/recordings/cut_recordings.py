@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from service.logs.cutting import Cut, Span, columns_inside, rows_inside
 from service.recordings.recording import Recording
 
@@ -24,15 +21,7 @@ def cut_recording(recording: Recording, cut: Cut, since_1970: float | None) -> R
     if not cut or not recording.time.size:
         return recording
     span = Span(float(recording.time[0]), float(recording.time[-1]), since_1970)
-    return _rows(recording, rows_inside(recording.time, cut, span))
-
-
-def between(recording: Recording, begin: float, end: float) -> Recording:
-    """The rows of a recording from one stamp to before another [s], of which there may be none."""
-    return _rows(recording, np.asarray((recording.time >= begin) & (recording.time < end)))
-
-
-def _rows(recording: Recording, inside: NDArray[np.bool_]) -> Recording:
+    inside = rows_inside(recording.time, cut, span)
     columns = columns_inside(recording.columns, inside)
     displaced = {name: values[inside] for name, values in recording.displaced.items()}
     return replace(recording, time=recording.time[inside], columns=columns, displaced=displaced)

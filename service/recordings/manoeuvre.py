@@ -1,4 +1,4 @@
-"""A manoeuvre as a file: what the tracer advises to drive next, for a vehicle or `incsvr simulate` to play.
+"""A manoeuvre as a file, for a vehicle or `incsvr simulate` to play.
 
 A CSV file with the columns `t` [s] and `torque` [N m], or of a whole vehicle with further efforts (`surge_force` [N]);
 each value holds until the next row, and the last row ends the manoeuvre.
@@ -17,40 +17,11 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import EFFORTS, VELOCITIES
 from incsvr.signals.steps import refuse_steps
-from incsvr.tracing.findings import Finding
-from service.cli.output import writing
 from service.number import number_of
 
 Profile = tuple[Array, Array]
 PLAN_STEP_S = 0.02
 """Time between two values of a plan's streams [s]: as often as a simulated vehicle is told its efforts."""
-
-
-def next_manoeuvre(effects: Sequence[Finding], path: Path) -> str:
-    """Writes the first manoeuvre that a trace advises, and says what was written, or why nothing was."""
-    for finding in effects:
-        if finding.manoeuvre:
-            write_manoeuvre(path, finding.manoeuvre)
-            lasts = f"{finding.manoeuvre[-1][0]:.4g} s long"
-            return (
-                f"{path} contains the manoeuvre that distinguishes {finding.effect} from "
-                f"{finding.cannot_tell_from[0]}, {lasts}"
-            )
-    if any(finding.cannot_tell_from for finding in effects):
-        return f"{path} is not written: no manoeuvre distinguishes the explanations"
-    return f"{path} is not written: no finding needs another manoeuvre"
-
-
-def write_manoeuvre(path: Path, rows: Sequence[tuple[float, float]]) -> None:
-    """Writes the file.
-
-    Raises:
-        BadInput: it cannot be written.
-    """
-    with writing(path), path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["t", "torque"])
-        writer.writerows(rows)
 
 
 def read_manoeuvre(path: Path) -> Profile:
@@ -92,7 +63,7 @@ def _rows(path: Path) -> list[list[str]]:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.reader(file))
     except FileNotFoundError:
-        raise BadInput(f"{path}: there is no such file; `incsvr trace LOG --manoeuvre FILE.csv` writes one") from None
+        raise BadInput(f"{path}: there is no such file; write one with the columns t [s] and torque [N m]") from None
     except (OSError, UnicodeDecodeError, csv.Error):
         raise BadInput(f"{path}: this is no CSV text; give a file with the columns t,torque") from None
     return [[name.strip() for name in rows[0]], *rows[1:]] if rows else [[]]

@@ -185,24 +185,6 @@ def test_the_papers_experiment_and_two_percent_outliers_are_no_fault(seed: int) 
                 before = verdict.span[1]
 
 
-def test_what_begins_seconds_before_the_end_of_a_batch_is_not_learned_with_it() -> None:
-    _, sound = guided(streams({}))
-    batch = next(verdict.span for verdict in sound if verdict.span[0] < FAILS < verdict.span[1])
-    assert batch[1] - FAILS < 12.0
-    for change in (lambda t, v, here, rng: (t, np.where(here, -v, v)), lambda t, v, here, rng: (t, v - 60.0 * here)):
-        _, verdicts = guided(streams({"torque": change}))
-        assert [verdict.learn for verdict in verdicts if verdict.span == batch] == [False]
-
-
-def test_a_yaw_rate_that_falls_to_zero_for_moments_is_told() -> None:
-    def loose(t: Array, v: Array, here: NDArray[np.bool_], rng: np.random.Generator) -> tuple[Array, Array]:
-        return t, np.where(here & (t % 10.0 < 1.0), 0.0, v)
-
-    state, verdicts = guided(streams({"yaw_rate": loose}))
-    assert any("the yaw rate jumps" in finding.sentence for verdict in verdicts for finding in verdict.findings)
-    assert error(state) < 1.5 * max(sound_error(), 1.0)
-
-
 def test_thrusters_that_are_off_while_commands_go_on_are_told_and_not_learned_from() -> None:
     def at_rest(t: Array, v: Array, here: NDArray[np.bool_], rng: np.random.Generator) -> tuple[Array, Array]:
         return t, np.where(here & (t < FAILS + 60.0), rng.normal(0.0, 0.007, t.size), v)
@@ -232,15 +214,6 @@ def test_a_ship_that_is_turned_round_slowly_is_not_held(inertia: float, named: b
     torque = np.full(50, 143.0)
     turned = Samples(time, rate, torque, raw={"torque": torque})
     assert bool(unmoved(turned, 0.0667, 200.0, inertia)) is named
-
-
-def test_two_gyros_on_one_key_that_differ_are_named_and_not_learned_from() -> None:
-    found = leng.recording("T1", 3).streams()
-    t, rate = found["yaw_rate"]
-    both, order = np.concatenate((t, t + 0.0101)), np.argsort(np.concatenate((t, t + 0.0101)))
-    _, verdicts = guided(found | {"yaw_rate": (both[order], np.concatenate((rate, -rate))[order])})
-    assert not any(verdict.learn for verdict in verdicts)
-    assert "two sensors" in verdicts[0].findings[0].sentence
 
 
 def test_a_state_in_between_goes_on_to_the_bit() -> None:

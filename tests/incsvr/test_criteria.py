@@ -13,13 +13,13 @@ def test_inclusion_discards_what_lies_in_the_tube_or_beside_a_vector() -> None:
     rate = np.array([0.10, 0.10, 0.105, 0.111, 0.10, -0.10])
     damping = np.array([20.05, 20.1, 24.9, 24.9, 25.0, 20.0])
     verdict = inclusion(
-        rate[:, None],
+        rate,
         damping,
         np.full(6, 20.0),
-        np.array([[0.10]]),
+        np.array([0.10]),
         np.array([20.0]),
         epsilon=0.1,
-        near=[0.01],
+        near_rate=0.01,
         near_damping=5.0,
     )
     # |f − y| = 0.05 < ε; ≥ ε but beside; beside; |Δx| ≥ a; |Δy| ≥ b; in the tube.
@@ -29,8 +29,8 @@ def test_inclusion_discards_what_lies_in_the_tube_or_beside_a_vector() -> None:
 
 
 def test_before_anything_is_learned_no_tube_holds_a_sample() -> None:
-    three, nothing = np.zeros((3, 1)), np.empty(0)
-    verdict = inclusion(three, np.zeros(3), None, nothing[:, None], nothing, epsilon=0.1, near=[0.01], near_damping=5.0)
+    three, nothing = np.zeros(3), np.empty(0)
+    verdict = inclusion(three, three, None, nothing, nothing, epsilon=0.1, near_rate=0.01, near_damping=5.0)
     assert verdict.kept.all()
 
 

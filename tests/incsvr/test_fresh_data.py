@@ -1,4 +1,4 @@
-"""Effects on trial: what free runs on fresh data say, and what follows from it."""
+"""Effects on trial: what fresh data say, and what follows from it."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.fresh_data import compare_on_fresh_data
-from incsvr.compensation.promotion import FALSE_PROOF_CHANCE, Comparison, Verdict, in_force, level, on_trial
+from incsvr.compensation.proof import Proof
 from incsvr.errors import BadInput
-from incsvr.learning.learner import Settings
-from incsvr.signals import SignalSettings
 from incsvr.tracing.model import TracedModel
 from service.recordings.recording import Streams
 from simulator import leng
@@ -31,49 +29,30 @@ def streams() -> Streams:
     return recording(5, 300.0).streams()
 
 
-def compared(streams: Streams, without: Compensation | None, found: Compensation) -> Comparison:
-    return compare_on_fresh_data(streams, 200.0, SignalSettings(), Settings(), without, found)
+def compared(streams: Streams, without: Compensation | None, found: Compensation, closed: bool = True) -> Proof:
+    return compare_on_fresh_data(streams, 200.0, without, found, closed)
 
 
-def test_the_true_effects_are_promoted_and_stay(streams: Streams) -> None:
-    found = compared(streams, None, TRUE)
+@pytest.mark.parametrize("closed", [True, False])
+def test_the_true_effects_are_promoted_and_stay(streams: Streams, closed: bool) -> None:
+    found = compared(streams, None, TRUE, closed)
     assert found.turned
-    assert found.without + found.estimate < 0.5 * found.without
-    assert found.torque_with < 0.5 * found.torque_without
-    assert on_trial(found) == "promoted"
-    assert in_force(found) == "kept"
+    assert found.error["after"]["free_run_rmse"] < 0.5 * found.error["before"]["free_run_rmse"]
+    assert found.error["after"]["torque_rmse"] < 0.5 * found.error["before"]["torque_rmse"]
+    assert (found.of_suspected(last=True), found.of_known()) == ("promoted", "kept")
 
 
 def test_effects_that_the_vehicle_does_not_have_are_refused_and_withdrawn() -> None:
     straight = leng.recording("T1", seed=3).streams()
     late = effects(("torque_lag", 1.5))
-    found = compare_on_fresh_data(straight, 250.0, SignalSettings(), Settings(), None, late, closed=False)
-    assert on_trial(found) == "refused"
-    assert in_force(found) == "withdrawn"
+    found = compare_on_fresh_data(straight, 250.0, None, late, closed=False)
+    assert (found.of_suspected(last=False), found.of_known()) == ("refused", "withdrawn")
+    assert "the error of the free run is higher: torque" in found.sentence()
 
 
-def test_free_runs_count_against_effects_and_never_for_them(streams: Streams) -> None:
-    """Here they favour the true effects beyond doubt; in a loop that is taken for open they favour others, too."""
-    in_loop, by_itself = (
-        compare_on_fresh_data(streams, 200.0, SignalSettings(), Settings(), None, TRUE, closed)
-        for closed in (True, False)
-    )
-    assert by_itself.high < 0.0
-    assert (by_itself.evidence, by_itself.won) == (in_loop.evidence, in_loop.won)
-
-
-@pytest.mark.slow
 def test_effects_are_compared_with_those_in_force(streams: Streams) -> None:
-    assert on_trial(compared(streams, TRUE, TRUE)) == "refused"
-    assert on_trial(compared(streams, effects(("bias_torque", BIAS)), TRUE)) == "promoted"
-
-
-def test_effects_are_proven_where_nothing_was_learned_before(streams: Streams) -> None:
-    """As while a heading is held: the damping is then that of the forecasts."""
-    seldom = SignalSettings(sample_period=20.0)
-    found = compare_on_fresh_data(streams, 200.0, seldom, Settings(), None, TRUE)
-    assert on_trial(found) == "promoted"
-    assert found.without + found.estimate < 0.5 * found.without
+    assert compared(streams, TRUE, TRUE).of_suspected(last=True) == "refused"
+    assert compared(streams, effects(("bias_torque", BIAS)), TRUE).of_suspected(last=True) == "promoted"
 
 
 def test_a_vehicle_that_lies_still_tells_nothing(streams: Streams) -> None:
@@ -84,31 +63,10 @@ def test_a_vehicle_that_lies_still_tells_nothing(streams: Streams) -> None:
     }
     found = compared(still, None, TRUE)
     assert not found.turned
-    assert on_trial(found, last=False) == "waits"
-    assert in_force(found) == "kept"
+    assert [found.of_suspected(last) for last in (False, True)] == ["waits", "refused"]
+    assert found.of_known() == "kept"
 
 
 def test_too_little_before_the_fresh_data_is_said(streams: Streams) -> None:
     with pytest.raises(BadInput, match="too few to learn the damping from"):
-        compare_on_fresh_data(streams, 1.0, SignalSettings(), Settings(), None, TRUE)
-
-
-@pytest.mark.parametrize(
-    ("evidence", "against", "trial", "force"),
-    [
-        (4.0, 0.0, "promoted", "kept"),
-        (2.9, 0.0, "waits", "kept"),
-        (0.0, 2.9, "waits", "kept"),
-        (0.0, 3.1, "refused", "kept"),
-        (0.0, 7.0, "refused", "withdrawn"),
-    ],
-)
-def test_what_follows_from_the_bets(evidence: float, against: float, trial: Verdict, force: Verdict) -> None:
-    found = Comparison(1.0, -0.1, -0.2, 0.1, True, 5.0, 4.0, evidence, against)
-    assert (on_trial(found, last=False), in_force(found)) == (trial, force)
-    assert on_trial(found) == ("promoted" if trial == "promoted" else "refused")
-
-
-def test_the_chance_of_all_suspicions_together_stays_what_it_is() -> None:
-    spent = sum(level(count) for count in range(1, 10_000))
-    assert 0.999 * FALSE_PROOF_CHANCE < spent < FALSE_PROOF_CHANCE
+        compare_on_fresh_data(streams, 1.0, None, TRUE)

@@ -12,9 +12,24 @@ import pytest
 from hypothesis import strategies as st
 
 from incsvr.errors import BadInput
-from incsvr.learning.learner import Iteration, Settings, State, start, step, under_policy
+from incsvr.learning.learner import Iteration, Settings, State, Waiting, start, step, under_policy
+from incsvr.learning.model import Model
+from incsvr.learning.plain_samples import columns_to_dict, others_to_dict
 from incsvr.signals.samples import Samples
-from tests.incsvr.learning import HULL, Policy, batches, drag, kinds, of, policies, rms, run, stream
+from tests.incsvr.learning import (
+    HULL,
+    OTHERS,
+    Policy,
+    among_others,
+    batches,
+    drag,
+    kinds,
+    of,
+    policies,
+    rms,
+    run,
+    stream,
+)
 
 RATES = np.linspace(-0.24, 0.24, 49)
 
@@ -215,11 +230,10 @@ def test_a_state_of_another_policy_or_form_is_refused() -> None:
         State.from_dict(state.to_dict() | {"form": 0})
 
 
-@pytest.mark.parametrize("others", [(), ("surge", "sway")], ids=["one", "several"])
 @policies
-def test_under_another_policy_what_was_learned_goes_on(policy: Policy, others: tuple[str, ...]) -> None:
-    after = Settings(policy="weighted" if policy == "paper" else "paper", others=others)
-    samples = of(after, stream(10, 1050))
+def test_under_another_policy_what_was_learned_goes_on(policy: Policy) -> None:
+    after = Settings(policy="weighted" if policy == "paper" else "paper")
+    samples = stream(10, 1050)
     before, _ = run(replace(after, policy=policy), samples.take(slice(0, 1000)))
     taken = under_policy(after, before)
     assert (taken.iterations, taken.model) == (before.iterations, before.model)
@@ -227,10 +241,28 @@ def test_under_another_policy_what_was_learned_goes_on(policy: Policy, others: t
     np.testing.assert_array_equal(ours, theirs)
     state, iteration = step(after, taken, samples.take(slice(1000, None)))
     assert (state.policy, iteration.number) == (after.policy, 21)
-    if not others:  # fifty samples alone leave three times as much
-        assert rms(state.model.predict(RATES).damping - drag(RATES)) < 1.1 * rms(
-            before.model.predict(RATES).damping - drag(RATES)
-        )
+    # fifty samples alone leave three times as much
+    assert rms(state.model.predict(RATES).damping - drag(RATES)) < 1.1 * rms(
+        before.model.predict(RATES).damping - drag(RATES)
+    )
+
+
+def test_a_state_of_the_paper_over_several_velocities_goes_on_under_weighted() -> None:
+    """Versions before 2026-11-28 wrote such states; they keep no weights."""
+    samples = among_others(stream(10, 150))
+    before, _ = run(Settings(policy="paper"), stream(10, 100))
+    data = before.to_dict()
+    memory = {name: value for name, value in data["memory"].items() if name != "weight"}
+    old = samples.take(np.searchsorted(samples.time, before.memory.served.time))
+    memory |= columns_to_dict(old) | others_to_dict(old) | {"stays": [True] * len(old), "fastest": [1.0, 0.2]}
+    after = Settings(policy="weighted", others=OTHERS)
+    taken = under_policy(
+        after, State.from_dict(data | {"memory": memory, "model": Model.untrained(10.0, 1e3, 0.1).to_dict()})
+    )
+    state, _ = step(after, replace(taken, waiting=Waiting.empty()), samples.take(slice(100, None)))
+    assert taken.memory.served.channels.keys() == {"surge", "sway"}
+    assert state.model.several is not None
+    assert state.model.count.sum() > 100  # the old vectors and the new batch
 
 
 @pytest.mark.parametrize(

@@ -15,21 +15,18 @@ from incsvr.learning import checked_learner, dual
 from incsvr.learning.kernel import rbf, rbf_at_rest
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.policies.noise import Noise
-from incsvr.learning.policies.paper import near_distances
-from incsvr.learning.several_velocities.density import forgetting
 from incsvr.learning.several_velocities.drag import Drag, fitted
 from incsvr.learning.several_velocities.freeing import by_itself, streams_by_itself
 from incsvr.learning.several_velocities.surface import Several
 from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
-from service.learner.published import ServedModel, snapshot
 from service.recordings.samples_from_recording import samples_of
 from simulator import leng
 from simulator.vehicles import Vehicle as Body
 from simulator.vehicles import planar
 from tests import worlds
-from tests.incsvr.learning import Policy, batches, policies, rms, run, stream
+from tests.incsvr.learning import batches, rms, run, stream
 
 OTHERS = ("surge", "sway")
 
@@ -45,8 +42,8 @@ def vehicle(seed: int = 910108) -> tuple[Body, Samples, Samples]:
 
 
 @cache
-def learned(policy: Policy, others: tuple[str, ...] = OTHERS, capacity: int = 60) -> tuple[State, list[Iteration]]:
-    return run(Settings(policy=policy, others=others, capacity=capacity), vehicle()[1])
+def learned(others: tuple[str, ...] = OTHERS, capacity: int = 60) -> tuple[State, list[Iteration]]:
+    return run(Settings(others=others, capacity=capacity), vehicle()[1])
 
 
 def truth(samples: Samples) -> Array:
@@ -131,38 +128,9 @@ def test_the_drag_is_found_though_a_tenth_is_wild() -> None:
     assert np.abs(fitted(phi, y, np.ones(400), float("nan")) - true).max() < 5.0
 
 
-def test_forgetting_takes_the_oldest_where_vectors_are_dense() -> None:
-    rng = np.random.default_rng(6)
-    sparse, dense = rng.uniform(-1.0, 1.0, (30, 2)), np.array([0.5, -0.5]) + 0.05 * rng.normal(size=(50, 2))
-    u = np.vstack((dense[:25], sparse, dense[25:]))
-    stays = forgetting(u, capacity=50)
-    assert stays.sum() == 50
-    assert stays[25:55].mean() > 0.85
-    assert stays[:25].sum() < stays[55:].sum()
-    assert forgetting(u[:50], capacity=50).all()
-
-
-def test_a_sample_is_near_where_it_is_near_in_every_velocity() -> None:
-    """A new sample beside a vector in all but its sway says something new."""
-    settings = Settings(
-        policy="paper", others=OTHERS, fastest={"surge": 1.0, "sway": 0.5}, near={"sway": 0.03}, batch=2
-    )
-    assert near_distances(settings, np.array([0.25, 1.0, 0.5])) == [0.01, pytest.approx(0.04), 0.03]
-    state, _ = step(settings, start(settings), vehicle()[1].take(slice(0, 50)))
-    vector = state.memory.served.take(slice(0, 1))
-    here = {name: values.item() for name, values in vector.channels.items()}
-    beside = {"surge": [here["surge"] + 0.039] * 2, "sway": [here["sway"] + 0.02, here["sway"] + 0.5]}
-    two = Samples(np.array([900.0, 901.0]), np.repeat(vector.yaw_rate, 2), np.repeat(vector.damping, 2) + 4.0,
-                  {name: np.array(values) for name, values in beside.items()})  # fmt: skip
-    _, iteration = step(settings, state, two)
-    assert iteration.discarded_near.time.tolist() == [900.0]
-    assert iteration.new.time.tolist() == [901.0]
-
-
-@policies
-def test_coupled_damping_is_learned_that_one_velocity_cannot_tell(policy: Policy) -> None:
+def test_coupled_damping_is_learned_that_one_velocity_cannot_tell() -> None:
     unseen = vehicle()[2]
-    surface, curve = (learned(policy, others)[0].model for others in (OTHERS, ()))
+    surface, curve = (learned(others)[0].model for others in (OTHERS, ()))
     said = surface.at(unseen)
     error, alone = rms(said.damping - truth(unseen)), rms(curve.at(unseen).damping - truth(unseen))
     assert error < 0.3 * alone
@@ -173,9 +141,8 @@ def test_coupled_damping_is_learned_that_one_velocity_cannot_tell(policy: Policy
     assert 0.0 < said.extrapolated.mean() < 0.5
 
 
-@policies
-def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: Policy) -> None:
-    model = learned(policy)[0].model
+def test_where_nothing_was_driven_it_extrapolates_and_is_unsure() -> None:
+    model = learned()[0].model
     assert model.several is not None
     known = model.several.velocity[:5]
     far = np.array([[0.1, 5.0, 0.0], [0.1, 0.5, 3.0], [1.5, 0.5, 0.0]])
@@ -185,18 +152,6 @@ def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: Policy) 
     assert (said.doubt > 2.0 * model.over(known).doubt.max()).all()
     assert np.isfinite(said.damping).all()
     assert np.abs(said.damping[:2]).max() < 5.0 * np.abs(model.support_damping).max()
-
-
-def test_samples_that_the_drag_alone_explains_leave_a_model_that_can_be_published() -> None:
-    samples = stream(7, 50, wild=0.0)
-    exact = replace(samples, damping=200.0 * samples.yaw_rate, channels={"surge": 0.5 + 0.1 * np.sin(samples.time)})
-    settings = Settings(policy="paper", others=("surge",), fastest={"surge": 1.0}, epsilon=5.0)
-    _, iteration = step(settings, start(settings), exact)
-    assert not iteration.model.is_trained
-    published = snapshot(ServedModel(iteration.model, 1, 1, 0.0), "boot", 350.0)
-    assert published.over is not None
-    assert published.over.trained_ranges == {}
-    assert published.model().several is not None
 
 
 def test_of_one_velocity_nothing_has_changed() -> None:
@@ -219,8 +174,8 @@ def test_samples_without_one_of_its_velocities_and_a_state_over_others_are_refus
         step(
             Settings(others=OTHERS), start(Settings(others=OTHERS)), replace(samples, channels={"surge": samples.time})
         )
-    state = learned("paper")[0]
-    for settings in (Settings(policy="paper"), Settings(policy="paper", others=("surge",))):
+    state = learned()[0]
+    for settings in (Settings(), Settings(others=("surge",))):
         with pytest.raises(BadInput, match="learned over surge, sway"):
             step(settings, state, samples)
 
@@ -256,7 +211,7 @@ def test_the_checks_see_a_torque_that_is_reversed_and_no_fault_in_sound_motion()
 
 
 def test_the_streams_of_the_axis_by_itself_keep_the_damping_at_the_usual_velocities() -> None:
-    state, _ = learned("weighted")
+    state, _ = learned()
     several = state.model.several
     assert several is not None
     time: Array = np.linspace(0.0, 60.0, 1201)

@@ -1,4 +1,4 @@
-"""A log for beginners, and manoeuvres as files: written, read, played."""
+"""A log for beginners, and manoeuvres as files: read, played."""
 
 from __future__ import annotations
 
@@ -9,19 +9,12 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.tracing.findings import Finding
-from incsvr.tracing.manoeuvre import Manoeuvre
 from service.cli.command_line import main
 from service.commands.trace import runs_of
-from service.recordings.manoeuvre import next_manoeuvre, read_manoeuvre, write_manoeuvre
-from service.recordings.recording_csv import read, write
+from service.recordings.manoeuvre import read_manoeuvre
+from service.recordings.recording_csv import read
 from simulator import leng
 from simulator.steered import MAX_TORQUE, REVERSE_EFFICIENCY, steered, write_log
-from tests.worlds import trial
-
-
-def finding(manoeuvre: str) -> Finding:
-    return Finding("inertia", (), {}, {}, 1e-6, 1.0, ("thrust_efficiency",), manoeuvre, "")
 
 
 def test_a_log_is_small_and_the_same_for_the_same_seed(tmp_path: Path) -> None:
@@ -44,41 +37,9 @@ def test_what_is_hidden_in_the_log_is_found(tmp_path: Path, capsys: pytest.Captu
     assert low < REVERSE_EFFICIENCY < high
 
 
-@pytest.mark.slow
-def test_the_manoeuvre_that_tells_a_tie_apart_is_a_file_that_is_read_again(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Under one sine a delay and a lag look alike; steps tell them apart."""
-    log, path = tmp_path / "dive.csv", tmp_path / "next.csv"
-    outcome = trial(3, ("torque_delay",), kind="sine", duration=240.0, measured=False)
-    write(log, outcome.recording)
-    assert main(["trace", str(log), "--inertia", str(outcome.inertia), "--manoeuvre", str(path)]) == 0
-    said = capsys.readouterr().out
-    assert f"{path} contains the manoeuvre that distinguishes torque_delay from torque_lag" in said
-    time, torque = read_manoeuvre(path)
-    assert f"{time[-1]:.4g} s long" in said
-    assert time[0] == 0.0
-    assert torque[-1] == 0.0
-    assert np.min(torque) < 0.0 < np.max(torque) <= 1.01 * float(np.nanmax(np.abs(outcome.recording.columns["torque"])))
-
-
-def test_the_rows_of_a_manoeuvre_are_its_changes() -> None:
-    rows = Manoeuvre("steps", np.array([5.0, 5.0, -5.0, -5.0, -5.0, 2.0])).rows(0.5)
-    assert rows == ((0.0, 5.0), (1.0, -5.0), (2.5, 2.0), (3.0, 0.0))
-
-
-def test_where_no_manoeuvre_helps_none_is_written(tmp_path: Path) -> None:
-    path = tmp_path / "next.csv"
-    assert "no manoeuvre distinguishes" in next_manoeuvre(
-        [finding("no manoeuvre in yaw distinguishes it from x")], path
-    )
-    assert "no finding needs" in next_manoeuvre([], path)
-    assert not path.exists()
-
-
 def test_the_vehicle_does_what_the_file_says(tmp_path: Path) -> None:
     path, out = tmp_path / "turn.csv", tmp_path / "out"
-    write_manoeuvre(path, ((0.0, 60.0), (40.0, -30.0), (80.0, 0.0)))
+    path.write_text("t,torque\n0,60\n40,-30\n80,0\n", encoding="utf-8")
     assert main(["simulate", "--torque", str(path), "--write", str(out)]) == 0
     recording = read(out / "turn.csv")
     (run,) = runs_of([recording])
@@ -118,4 +79,4 @@ def test_more_torque_than_the_vehicle_has_is_refused() -> None:
 
 def test_a_missing_manoeuvre_says_how_one_is_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", "--torque", str(tmp_path / "none.csv"), "--write", str(tmp_path)]) == 2
-    assert "incsvr trace LOG --manoeuvre" in capsys.readouterr().err
+    assert "the columns t [s] and torque [N m]" in capsys.readouterr().err

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import replace
 from typing import Any
@@ -12,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from incsvr.compensation.promotion import FALSE_REFUSAL_CHANCE, Comparison, errors, level, on_trial
+from incsvr.compensation.proof import Proof, errors
 from incsvr.effects import catalogue
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW
@@ -167,17 +166,20 @@ def test_no_sentence_of_the_report_is_denied_by_its_number(found: Trace, data: s
 
 
 @settings(max_examples=80, deadline=None)
-@given(change=changes(True), torque=st.tuples(SIZE, SIZE), bets=st.tuples(*[st.floats(0.0, 30.0)] * 2),
-       count=st.integers(1, 9), last=st.booleans())  # fmt: skip
+@given(change=changes(True), torque=changes(True), closed=st.booleans(), turned=st.booleans(), last=st.booleans())
 def test_a_proof_says_by_what_it_is_one(
-    change: tuple[float, float, dict[str, float]], torque: tuple[float, float], bets: tuple[float, float], count: int,
-    last: bool,
+    change: tuple[float, float, dict[str, float]], torque: tuple[float, float, dict[str, float]], closed: bool,
+    turned: bool, last: bool,
 ) -> None:  # fmt: skip
-    before, _, free = change
-    compared = Comparison(before, free["estimate"], free["low"], free["high"], True, *torque, *bets)
-    said, verdict = compared.sentence(spent=level(count)), on_trial(compared, level(count), last)
-    assert ("one-step predictions of fresh data are better" in said) == (verdict == "promoted")
-    assert ("are worse" in said) == (verdict != "promoted" and bets[1] >= -math.log(FALSE_REFUSAL_CHANCE))
+    runs, efforts, free = change[:2], torque[:2], change[2]
+    before, after = ({"torque_rmse": tau, "free_run_rmse": run} for tau, run in zip(efforts, runs, strict=True))
+    both = {"torque_rmse": torque[2], "free_run_rmse": free}
+    error = {"before": before, "after": after, "change": both, "trivial": {"zero": {"free_run_rmse": 1e9}}}
+    compared = Proof(error, closed, is_proven(error, closed), turned)
+    said, verdict = compared.sentence(), compared.of_suspected(last)
+    assert (" is lower: " in said and turned) == (verdict == "promoted")
+    assert (" is higher: " in said and turned) == (compared.of_known() == "withdrawn")
+    assert (verdict == "waits") == (not turned and not last)
     for told in (said, errors(compared.error)):
         assert ("do not differ provably" in told) == (free["low"] <= 0.0 <= free["high"])
         assert ("err more" in told) == (free["low"] > 0.0)

@@ -5,9 +5,7 @@ Eq. 8's passes. They are not what is served. Every θ is near ±C and every kern
 which vectors have been struck out is off by thousands of N m: what is served is solved again on the vectors that the
 next iteration's forgetting will keep, at most `capacity` of them.
 
-Over several velocities, of which the paper says nothing, three things differ: a vector is near where it is near in
-every velocity, the forgetting goes by a density in place of bins, and what the kernels learn is what the textbook's
-drag leaves over.
+It learns over one velocity, as the paper does.
 """
 
 from __future__ import annotations
@@ -19,14 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.learning.criteria import Inclusion, Mask, forgetting, inclusion, outliers
+from incsvr.learning.criteria import Mask, forgetting, inclusion, outliers
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
-from incsvr.learning.plain_samples import columns_to_dict, others_to_dict, samples_from_dict
+from incsvr.learning.plain_samples import columns_to_dict, samples_from_dict
 from incsvr.learning.policies.noise import Noise
 from incsvr.learning.policies.training import Problem, fastest_of, model_of, train
-from incsvr.learning.several_velocities import density
-from incsvr.learning.velocities import points
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
@@ -39,18 +35,15 @@ class Memory:
     """The memory of the paper's policy between two iterations.
 
     Attributes:
-        vectors: (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch, with their further
-            velocities.
-        weight: (n,) their θ [N m]; no file keeps those over several velocities, which warm nothing.
+        vectors: (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch.
+        weight: (n,) their θ [N m].
         stays: (n,) those that the next iteration's forgetting keeps: what is served.
-        fastest: (d − 1,) of each further velocity so far, in its unit.
         noise: of the samples about the curve.
     """
 
     vectors: Samples
     weight: Array
     stays: Mask
-    fastest: Array
     noise: Noise
 
     @property
@@ -58,35 +51,37 @@ class Memory:
         """The vectors of the served model."""
         return self.vectors.take(self.stays)
 
+    @property
+    def fastest(self) -> Array:
+        """(d − 1,) of each further velocity: zero, as before anything was driven."""
+        return np.zeros(len(self.vectors.channels))
+
     def to_dict(self) -> dict[str, Any]:
-        several = self.fastest.size > 0
         return {
             **columns_to_dict(self.vectors),
-            **(others_to_dict(self.vectors) if several else {"weight": self.weight.tolist()}),
+            "weight": self.weight.tolist(),
             "stays": self.stays.tolist(),
-            **({"fastest": self.fastest.tolist()} if several else {}),
             "noise": self.noise.to_dict(),
         }
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Memory:
         vectors = samples_from_dict(data)
+        # a state over several velocities lacks the weights; `weighted` goes on from its vectors
         weight = np.array(data.get("weight", np.zeros(len(vectors))), dtype=np.float64)
-        stays, fastest = np.array(data["stays"], dtype=np.bool_), np.array(data.get("fastest", ()), dtype=np.float64)
-        return Memory(vectors, weight, stays, fastest, Noise.from_dict(data["noise"]))
+        return Memory(vectors, weight, np.array(data["stays"], dtype=np.bool_), Noise.from_dict(data["noise"]))
 
 
 def start(settings: Settings) -> Memory:
     nothing = np.empty(0)
-    vectors = Samples(nothing, nothing, nothing, dict.fromkeys(settings.others, nothing))
-    stays, fastest = np.empty(0, dtype=np.bool_), np.zeros(len(settings.others))
-    return Memory(vectors, nothing, stays, fastest, Noise.start(settings.rate_range))
+    vectors = Samples(nothing, nothing, nothing)
+    return Memory(vectors, nothing, np.empty(0, dtype=np.bool_), Noise.start(settings.rate_range))
 
 
 def continued(settings: Settings, other: Any) -> Memory:
     """The memory that goes on from another policy's: its vectors as samples, one each."""
     vectors = other.served
-    return Memory(vectors, np.zeros(len(vectors)), np.ones(len(vectors), dtype=np.bool_), other.fastest, other.noise)
+    return Memory(vectors, np.zeros(len(vectors)), np.ones(len(vectors), dtype=np.bool_), other.noise)
 
 
 def learn(
@@ -107,7 +102,16 @@ def learn(
     """
     before, stays = memory.vectors, memory.stays
     fastest = fastest_of(settings, memory.fastest, batch)
-    verdict = _inclusion(settings, batch, predicted, before, fastest)
+    verdict = inclusion(
+        batch.yaw_rate,
+        batch.damping,
+        predicted,
+        before.yaw_rate,
+        before.damping,
+        epsilon=settings.epsilon,
+        near_rate=settings.near_rate,
+        near_damping=settings.near_damping,
+    )
     old, new = before.take(stays), batch.take(verdict.kept)
     # Where no training takes place, nothing has to make room.
     forgotten, removed = before.take(~stays) if len(new) else Samples.empty(), Samples.empty()
@@ -141,35 +145,5 @@ def _trained(settings: Settings, problem: Problem) -> tuple[Memory, Samples]:
     support, weight = problem.samples.take(active), trained.solution.weight[active]
     wild = outliers(trained.fitted[active] - support.damping)
     vectors = support.take(~wild)
-    stays = _forgetting(settings, vectors, problem.fastest)
-    return Memory(vectors, weight[~wild], stays, problem.fastest[1:], problem.noise), support.take(wild)
-
-
-def _inclusion(
-    settings: Settings, batch: Samples, predicted: Array | None, before: Samples, fastest: Array
-) -> Inclusion:
-    """Inclusion (Section III-C 1) with a distance for each velocity."""
-    return inclusion(
-        points(batch, settings.others),
-        batch.damping,
-        predicted,
-        points(before, settings.others),
-        before.damping,
-        epsilon=settings.epsilon,
-        near=near_distances(settings, fastest),
-        near_damping=settings.near_damping,
-    )
-
-
-def near_distances(settings: Settings, fastest: Array) -> list[float]:
-    """a of each velocity in its unit: as configured, or the own one's as a part of the fastest."""
-    part = settings.near_rate / float(fastest[0])
-    further = zip(settings.others, fastest[1:].tolist(), strict=True)
-    return [settings.near_rate, *(settings.near.get(name, part * each) for name, each in further)]
-
-
-def _forgetting(settings: Settings, vectors: Samples, fastest: Array) -> Mask:
-    """Forgetting (Section III-C 2): by the bins of the rate range, or by the density over several velocities."""
-    if settings.others:
-        return density.forgetting(points(vectors, settings.others) / fastest, capacity=settings.capacity)
-    return forgetting(vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=settings.rate_range)
+    stays = forgetting(vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=settings.rate_range)
+    return Memory(vectors, weight[~wild], stays, problem.noise), support.take(wild)

@@ -131,9 +131,8 @@ def test_questions_over_several_velocities(start: StartBench, run: Recording) ->
     assert forecast.rate_low[1] < forecast.rate[1] < forecast.rate_high[1]
 
 
-@pytest.mark.parametrize("policy", ["paper", "weighted"])
-def test_a_learner_that_was_stopped_before_its_first_batch_goes_on(policy: str, run: Recording) -> None:
-    config = configured(**told(), learner__policy=policy)
+def test_a_learner_that_was_stopped_before_its_first_batch_goes_on(run: Recording) -> None:
+    config = configured(**told())
     node = LearnerNode(config, boot="")
     for name, (t, value) in run.streams().items():
         node.push(name, t[t < 10.0], value[t < 10.0])
@@ -176,8 +175,10 @@ def test_samples_wait_for_the_further_velocities_and_what_lacks_one_is_counted(
         ({"inputs": ["yaw_rate", "depth"]}, "depth is no velocity"),
         ({"inputs": ["yaw_rate", "surge"], "solver": "passes"}, "the passes of Eq. 8 are for one velocity"),
         ({"inputs": ["yaw_rate", "surge"], "fastest": {"sway": 1.0}}, "fastest names sway"),
-        ({"near": {"surge": 1.0}}, "no further input"),
-        ({"inputs": ["yaw_rate", "surge"], "near": {"surge": -1.0}}, "greater than 0"),
+        ({"fastest": {"surge": 1.0}}, "no further input"),
+        ({"inputs": ["yaw_rate", "surge"], "fastest": {"surge": -1.0}}, "greater than 0"),
+        ({"inputs": ["yaw_rate", "surge"], "policy": "paper"}, "take weighted"),
+        ({"inputs": ["yaw_rate", "surge"], "near": {"surge": 1.0}}, "there is no learner.near; leave the line out"),
     ],
 )
 def test_a_wrong_configuration_is_told(learner: dict[str, object], what: str) -> None:
@@ -187,10 +188,10 @@ def test_a_wrong_configuration_is_told(learner: dict[str, object], what: str) ->
 
 def test_another_axis_has_its_own_velocity_first() -> None:
     config = read(
-        None, {"vehicle": {"axis": "sway"}, "learner": {"inputs": ["sway", "yaw_rate"], "near": {"yaw_rate": 0.1}}}
+        None, {"vehicle": {"axis": "sway"}, "learner": {"inputs": ["sway", "yaw_rate"], "fastest": {"yaw_rate": 0.1}}}
     )
     assert config.learner_settings().others == ("body_yaw_rate",)
-    assert config.learner_settings().near == {"body_yaw_rate": 0.1}
+    assert config.learner_settings().fastest == {"body_yaw_rate": 0.1}
     assert config.signal_settings().channels == ("body_yaw_rate",)
 
 

@@ -20,7 +20,7 @@ from numpy.lib.format import write_array_header_1_0
 from incsvr.errors import BadInput
 from service.live.background import FIRST_TO_END, MAX_FILE_BYTES, MAX_MEMORY_BYTES, SESSION_NICENESS
 from service.live.tracing_job import MAX_PROCESSOR_S, NICENESS
-from service.live.tracing_process import TracingProcess, WorkerDied
+from service.live.tracing_process import TracingProcess
 from service.recordings.recording import Streams
 from simulator import leng
 from tests.hidden import recording
@@ -134,5 +134,5 @@ def test_one_that_needs_more_memory_than_its_bound_says_so(tmp_path: Path) -> No
 
 def test_one_that_took_all_its_processor_time_says_so(bounded: TracingProcess) -> None:
     os.kill(bounded.process.pid, signal.SIGXCPU)  # as the system does at its bound
-    with pytest.raises(WorkerDied, match=r"it took more than 600 s of processor time"):
+    with pytest.raises(BadInput, match=r"it took more than 600 s of processor time"):
         ended(bounded).answer()

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from incsvr.compensation.promotion import Verdict
+from incsvr.compensation.proof import Verdict
 from service.live.trace_content import FreshProof, TraceContent
-from service.live.tracing_state import MAX_BETS, MAX_STEPS, TracingState
+from service.live.tracing_state import MAX_STEPS, TracingState
 
 WINDOW, PROOF = 900.0, 300.0
 LAG = TraceContent(({"effect": "torque_lag"},), {})
@@ -40,30 +40,6 @@ def test_a_shadow_is_proven_on_what_came_after_its_trace() -> None:
 def test_what_becomes_of_a_shadow(verdict: Verdict, active: object, suspect: object) -> None:
     after = TracingState().after_trace(900.0, LAG).after_proof(1200.0, verdict)
     assert (after.active, after.suspect, after.unseen_from) == (active, suspect, 1200.0)
-
-
-def test_what_is_suspected_again_goes_on_with_what_was_bet_on_it() -> None:
-    first = TracingState().after_trace(900.0, LAG)
-    assert first.prior_bet == (1, 0.0)
-    refused = first.after_proof(1350.0, "refused", won=2.5)
-    again = refused.after_trace(1350.0, LAG)
-    assert again.prior_bet == (1, 2.5)
-    assert again.suspicions == 1
-    assert TracingState.from_dict(json.loads(json.dumps(again.to_dict()))) == again
-    # bets that lost more than they won begin anew, and with less chance to spend
-    lost = again.after_proof(1800.0, "refused", won=-3.0).after_trace(1800.0, LAG)
-    assert lost.prior_bet == (2, 0.0)
-    assert first.after_proof(1350.0, "promoted", won=5.0).bets == {}
-
-
-def test_other_effects_are_another_suspicion_and_old_bets_go() -> None:
-    standing = TracingState().after_trace(0.0, LAG).after_proof(1.0, "refused", won=1.0)
-    other = standing.after_trace(1.0, BIAS)
-    assert other.prior_bet == (2, 0.0)
-    for k in range(20):
-        found = replace(LAG, effects=({"effect": f"coupling:{k}"},))
-        other = other.after_trace(1.0, found).after_proof(2.0, "refused", won=1.0)
-    assert len(other.bets) == MAX_BETS
 
 
 @pytest.mark.parametrize(("verdict", "active"), [("kept", LAG), ("doubted", LAG), ("withdrawn", None)])
@@ -116,15 +92,25 @@ def test_a_clock_that_begins_anew_makes_all_data_fresh() -> None:
 
 
 def test_the_history_is_bounded_and_all_survives_a_restart_to_the_byte() -> None:
-    standing = TracingState(active=LAG, unseen_from=0.1 + 0.2, traced_until=1.0, suspicions=3, vetoed=("wave",))
+    standing = TracingState(active=LAG, unseen_from=0.1 + 0.2, traced_until=1.0, vetoed=("wave",))
     for t in range(2 * MAX_STEPS):
         standing = standing.with_step({"step": "not white", "why": "p = 0", "t": float(t)})
     assert [step["t"] for step in standing.history] == [float(t) for t in range(MAX_STEPS, 2 * MAX_STEPS)]
     assert TracingState.from_dict(json.loads(json.dumps(standing.to_dict()))) == standing
 
 
+def test_a_suspicion_ends_with_a_restart_or_the_clock_and_the_next_window_is_traced() -> None:
+    """The data that would prove it are gone."""
+    shadow = TracingState(active=BIAS).after_trace(900.0, LAG)
+    restarted = TracingState.from_dict(json.loads(json.dumps(shadow.to_dict())))
+    assert restarted == replace(shadow, suspect=None)
+    assert shadow.after_clock_restart(10.0).suspect is None
+    earlier = shadow.to_dict() | {"shadow": LAG.to_dict(), "bets": {"torque_lag": [1, 2.5]}, "suspicions": 1}
+    assert TracingState.from_dict(earlier) == restarted
+
+
 def test_what_cannot_be_proven_within_half_a_window_is_overdue() -> None:
-    shadow = TracingState().after_trace(900.0, replace(LAG, until=900.0))
+    shadow = TracingState().after_trace(900.0, LAG)
     assert not shadow.overdue(1349.0, WINDOW)
     assert shadow.overdue(1350.0, WINDOW)
     assert not TracingState().overdue(1350.0, WINDOW)
