@@ -1,9 +1,8 @@
 """What the learned model is worth to a controller: feed-forward torque, and forecasts without a gyro.
 
-An AUV is driven in open loop for ten minutes, learned and traced. A PI rate controller then follows a smooth plan of
-the yaw rate in moving water, once alone and once with the torque that the learner gives for the plan; nothing else
-differs. In ordinary missions the model then forecasts the yaw rate from the commands alone, each time with what it
-learned before; beside it the last rate, held. Intervals are of 95 %.
+An AUV is driven in open loop, traced and learned. A PI rate controller then follows a smooth plan in moving water, once
+alone and once with the learner's torque for the plan. In missions the model forecasts the yaw rate from the commands,
+with what it learned before; beside it the last rate, held. Intervals are of 95 %.
 """
 
 from __future__ import annotations
@@ -91,8 +90,8 @@ def _ahead(log: Recording, compensation: Compensation | None, wish: Array) -> Ar
 
 def _forecasts(kind: str, seed: int, seconds: float) -> Record:
     outcome = play(Mission(VEHICLE, kind, seed, duration=seconds))
-    log, streams = outcome.recording, outcome.recording.streams()
-    samples, _ = samples_of(log, signals := signals_for([log], VEHICLE.inertia, RATE_LIMIT), None)
+    log, signals = outcome.recording, signals_for([outcome.recording], VEHICLE.inertia, RATE_LIMIT)
+    streams, samples = log.streams(), samples_of(log, signals, None)[0]
     settings, held = learner_for(samples), signals.torque == COMMANDED
     whole = Grid.of(streams[YAW_RATE], streams[TORQUE], signals.smoothing, signals.sample_period, held)
     checked = Checked(VEHICLE.inertia, settings.rate_range, signals.smoothing)

@@ -203,8 +203,8 @@ def test_with_effects_the_mean_is_that_of_the_traced_model(terms: tuple[Term, ..
 
 
 def test_among_other_velocities_the_mean_is_that_of_the_free_run() -> None:
-    run = worlds.planar(910103, 120.0)
-    inertia, streams = planar(910103).inertia, run.streams()
+    run = worlds.planar(910104, 120.0)
+    inertia, streams = planar(910104).inertia, run.streams()
     settings = Settings(policy="weighted", own="yaw_rate", others=("surge", "sway"))
     signals = SignalSettings(inertia=inertia, channels=("surge", "sway"))
     samples, _ = synchronise(signals, streams)
