@@ -126,7 +126,7 @@ def test_clean_steps_are_learned_whole(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", PLANTS)
 def test_steps_of_four_vehicles(name: str, hertz: float, tmp_path: Path) -> None:
     for seed in SEEDS:
-        path = sailed(tmp_path / "steps.csv", name, "steps", seed, hertz, 600.0)
+        path = sailed(tmp_path / "steps.csv", name, "steps", seed, hertz, 240.0)
         learned_by_all(path, tmp_path, PLANTS[name].inertia)
         (tmp_path / "written.yaml").unlink()
 
@@ -136,7 +136,7 @@ def test_steps_of_four_vehicles(name: str, hertz: float, tmp_path: Path) -> None
 @pytest.mark.parametrize("name", PLANTS)
 def test_torques_that_rest_in_other_ways(name: str, kind: str, tmp_path: Path) -> None:
     for hertz in (10.0, 50.0):
-        learned_by_all(sailed(tmp_path / "run.csv", name, kind, 7, hertz, 600.0), tmp_path, PLANTS[name].inertia)
+        learned_by_all(sailed(tmp_path / "run.csv", name, kind, 7, hertz, 240.0), tmp_path, PLANTS[name].inertia)
         (tmp_path / "written.yaml").unlink()
 
 
