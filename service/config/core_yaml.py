@@ -117,5 +117,5 @@ class _Reader:
         except ValueError:
             raise self.wrong(node, "this number has too many digits") from None
 
-    def wrong(self, where: yaml.Node | yaml.Event, sentence: str) -> BadInput:
+    def wrong(self, where: Any, sentence: str) -> BadInput:
         return BadInput(f"{self._name}, line {where.start_mark.line + 1}: {sentence}")
