@@ -54,32 +54,32 @@ def add_player_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    config = from_arguments(args)
+    learners = from_arguments(args).each()
+    config = learners[0]
     if is_archive(args.recordings[0]):
         kept = ArchiveReader.read(args.recordings).within(Cut.of(args))
         return play_to_learner(args, config, kept, kept.name)
     recording = sequence(Reading.of(args, config).of_all(args.recordings))
-    others = [] if args.axis is not None else _of_other_axes(args, config)
+    others = [] if args.axis is not None else _of_other_axes(args, learners)
     if not others:
         return play_to_learner(args, config, messages(recording.streams()), recording.name)
-    played = replace(messages(placed(((config.each()[0], recording), *others))), whole_keys=True)
+    played = replace(messages(placed(((config, recording), *others))), whole_keys=True)
     return play_to_learner(args, config, played, recording.name, [learner.prefix for learner, _ in others])
 
 
 def placed(axes: Sequence[tuple[Config, Recording]]) -> Streams:
     """The streams of each axis by their keys, but those that its learner is told by another one."""
-    first = axes[0][0]
     return {
         Keys(learner.prefix).stream(name): stream
         for learner, recording in axes
         for name, stream in recording.streams().items()
         if not any(name in learner.hears(other) and name in learner.signal_settings().channels for other, _ in axes)
-        and (not first.leads(learner) or _comes_once(name, learner, [each for each, _ in axes]))
+        and _comes_once(name, learner, [each for each, _ in axes])
     }
 
 
 def _comes_once(name: str, learner: Config, learners: Sequence[Config]) -> bool:
-    """Whether a stream is to come to a learner of a vehicle file: its own two, and to the first what no other has."""
+    """Whether a stream is to come to a learner: its own two, and to the first what no other has."""
     if name in REQUIRED or learner is not learners[0]:
         return name in REQUIRED
     others = [AXES[each.vehicle.axis] for each in learners[1:]]
@@ -87,11 +87,11 @@ def _comes_once(name: str, learner: Config, learners: Sequence[Config]) -> bool:
     return name not in {*(stream_of(own, each.rate) for each in others), *(each.effort for each in others)}
 
 
-def _of_other_axes(args: argparse.Namespace, config: Config) -> list[tuple[Config, Recording]]:
+def _of_other_axes(args: argparse.Namespace, learners: Sequence[Config]) -> list[tuple[Config, Recording]]:
     """The recordings, read for each learner of another axis of the vehicle; one that they do not hold is said."""
     found = []
-    for learner in config.each()[1:]:
-        if not config.hears(learner):
+    for learner in learners[1:]:
+        if not learners[0].hears(learner):
             continue
         try:
             found.append((learner, sequence(Reading.of(args, learner).of_all(args.recordings))))

@@ -18,7 +18,7 @@ from service.recordings.manoeuvre import read_manoeuvre, read_plan
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, from_streams, of_axis, sequence
 from service.recordings.recording_csv import write
-from service.wire.json_text import json_text, write_json
+from service.wire.json_text import write_json
 from simulator import leng, underway
 from simulator.dive_log import dives
 from simulator.messages import Faults, messages
@@ -85,16 +85,18 @@ def _play_whole_vehicle(args: argparse.Namespace, config: Config, file: Path) ->
     """Plays the vehicle of a file, as the efforts of a log drive it, to the learners of its axes."""
     if args.commands is None:
         raise BadInput(f"nothing drives the vehicle of {file}; give a log with its efforts, --commands LOG")
+    learners = config.each()
+    first = learners[0]
     efforts = read_plan(args.commands)
     if efforts is None:
-        efforts = sequence(Reading.of(args, config).of_all([args.commands])).streams()
-    recording = moved_by(efforts, read_vehicle(file), f"{config.vehicle.name} under {args.commands.name}")
+        efforts = sequence(Reading.of(args, first).of_all([args.commands])).streams()
+    recording = moved_by(efforts, read_vehicle(file), f"{first.vehicle.name} under {args.commands.name}")
     if args.write is not None:
         return _written(args.write, [replace(recording, name="whole")])
-    learners = config.each()
+    learners = (first, *(each for each in learners if first.hears(each)))
     what = messages(placed([(each, of_axis(recording, AXES[each.vehicle.axis])) for each in learners]))
     prefixes = [each.prefix for each in learners[1:]]
-    return play_to_learner(args, config, replace(what, whole_keys=True), recording.name, prefixes)
+    return play_to_learner(args, first, replace(what, whole_keys=True), recording.name, prefixes)
 
 
 def _refuse_impossible(args: argparse.Namespace) -> None:
@@ -122,11 +124,9 @@ def _written(folder: Path, runs: list[Recording]) -> int:
 
 
 def run(args: argparse.Namespace) -> int:
+    config = from_arguments(args, args.vehicle)
     if args.vehicle is not None:
-        args.set.append(f"vehicle.file={json_text(str(args.vehicle))}")
-    config = from_arguments(args)
-    if config.vehicle.file is not None:
-        return _play_whole_vehicle(args, config, config.vehicle.file)
+        return _play_whole_vehicle(args, config, args.vehicle)
     if args.commands is not None:
         raise BadInput(f"{args.commands} drives the vehicle of a vehicle file; give one, --vehicle FILE")
     _refuse_impossible(args)

@@ -71,7 +71,6 @@ def check_files(config: Config, path: Path, user: str | None) -> None:
     for each in config.each():
         named += [(f"validation.{name}", recording) for name, recording in each.validation.items()]
         named += [("effects", each.effects)] if each.effects is not None else []
-        named += [("vehicle.file", each.vehicle.file)] if each.vehicle.file is not None else []
     with reading_as(user):
         for what, file in named:
             _check_readable(file, what)

@@ -20,7 +20,7 @@ from service.bus.ingest import MAX_PAYLOAD_BYTES, MESSAGE_OVERHEAD_BYTES, QUEUE_
 from service.config.configuration import Config
 from service.health.health_watch import HealthWatch
 from service.inputs.input_mapper import InputMapper
-from service.inputs.settings import Inputs, Source
+from service.inputs.settings import Axis, Inputs, Source
 from service.inputs.source_binding import RATE, TORQUE
 from service.recordings.archive import Archive
 from service.wire import Keys
@@ -38,6 +38,7 @@ class MappedIngest:
     Args:
         config: whose `inputs` is the mapping.
         parameters: of vehicles, as an earlier process heard them.
+        further: axes of other learners of the vehicle, whose efforts the thrusters make as well.
 
     Raises:
         BadInput: a topic or a form of the configuration is none.
@@ -51,9 +52,10 @@ class MappedIngest:
         parameters: Mapping[str, Any],
         learners: int = 1,
         archive: Archive | None = None,
+        further: tuple[Axis, ...] = (),
     ) -> None:
         self._watch = watch
-        self.mapper = InputMapper(mapping(config), parameters)
+        self.mapper = InputMapper(mapping(config), parameters, further)
         self._began, self._lock = time.monotonic(), threading.Lock()
         most_bytes = PLACES_FACTOR * max(QUEUE_BYTES // learners, MAX_PAYLOAD_BYTES + MESSAGE_OVERHEAD_BYTES)
         waiting = PLACES_FACTOR * places(learners)

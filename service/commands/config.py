@@ -10,7 +10,7 @@ from service.bus.bus_check import check_bus, check_files
 from service.bus.mapped_ingest import mapping
 from service.cli.output import add_json_argument, emit
 from service.config.config_writer import commented_yaml
-from service.config.configuration import check_first_axis, check_inertia
+from service.config.configuration import check_inertia
 from service.config.sources import add_config_arguments, from_arguments, read
 from service.config.traced_effects import configured_effects
 from service.inputs.input_mapper import InputMapper
@@ -44,7 +44,6 @@ def _checked(path: Path, user: str | None) -> str:
     """One sentence on a configuration in which nothing is wrong, after everything that it names was opened."""
     config = read(path)
     check_inertia(config)
-    check_first_axis(config)
     check_files(config, path, user)
     prefixes = [each.prefix for each in config.each()]
     bus = check_bus(config.bus, prefixes)

@@ -49,15 +49,13 @@ def learner_in(path: Path, axis: str | None) -> tuple[Place, Config]:
     """The learner of an axis in a configuration file, the first one of None, and the place of its values.
 
     Raises:
-        BadInput: it has none, or makes its learners of a vehicle file.
+        BadInput: it has none.
     """
     whole = read_config(path)
-    if whole.vehicle.file is not None:
-        raise BadInput(f"{path} learns the axes of {whole.vehicle.file}; name another file with --write")
-    for index, each in enumerate(whole.each()):
+    for name, each in whole.named().items():
         if axis in (None, each.vehicle.axis):
-            return ("also", str(index - 1)) if index else (), each
-    raise BadInput(f"{path} has no learner of {axis}; list one in `also`, or name another file with --write")
+            return ("learners", name) if name else (), each
+    raise BadInput(f"{path} has no learner of {axis}; list one in `learners`, or name another file with --write")
 
 
 def check(args: argparse.Namespace, config: Config, axis: str) -> None:
@@ -155,7 +153,7 @@ def _differences(before: Config, after: Config, args: argparse.Namespace) -> dic
     flagged = {("vehicle", "name"), ("prefix",)} if args.name is not None else set()
     flagged |= {("state",)} if args.state is not None else set()
     places = [("effects",), *flagged]
-    kept = {"name", "file"} | ({"inertia"} if after.vehicle.mass_matrix is not None else set())
+    kept = {"name"} | ({"inertia"} if after.vehicle.mass_matrix is not None else set())
     places += [("vehicle", name) for name in new["vehicle"] if name not in kept]
     places += [(section, name) for section in ("signals", "learner") for name in new[section]]
     said = {("vehicle", "inertia")} if not before.vehicle.inertia_said else set()

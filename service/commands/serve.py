@@ -20,7 +20,7 @@ from service.bus.session import (
     open_session,
     stop_event,
 )
-from service.config.configuration import Config, check_first_axis, check_inertia
+from service.config.configuration import Config, check_inertia
 from service.config.sources import add_config_arguments, from_arguments
 from service.health import systemd
 from service.host.host import Host
@@ -57,11 +57,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     if args.listen is not None:
         args.set.append(f"bus.listen={args.listen}")
-    if args.vehicle is not None:
-        args.set.append(f"vehicle.file={json_text(str(args.vehicle))}")
     if args.archive is not None:
         args.set.append(f"archive.directory={json_text(str(args.archive))}")
-    config = from_arguments(args)
+    config = from_arguments(args, args.vehicle)
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s %(levelname)s %(message)s")
     sys.setswitchinterval(THREAD_SWITCH_S)
     _keep_memory_small()
@@ -77,7 +75,6 @@ def serve(config: Config, stop: threading.Event) -> None:
             kept where it is configured.
     """
     check_inertia(config)
-    check_first_axis(config)
     if config.bus.zenoh_file is not None:
         zenoh_config = from_file(config.bus.zenoh_file)
     elif config.bus.connect is not None:
@@ -95,7 +92,7 @@ def serve(config: Config, stop: threading.Event) -> None:
     try:
         hub = config.bus.connect is not None or config.bus.zenoh_file is not None
         taken = [take_prefix(session, each.prefix, stop, hub) for each in configs if not each.bus.allow_second]
-        hosts = [Host(session, each, len(configs)) for each in configs]
+        hosts = [Host(session, each, len(configs), each.thrust_axes(configs)) for each in configs]
         gc.freeze()  # what was loaded stays to the end: to look through it for garbage would delay an answer by 20 ms
         with WorkerThreads(hosts, lambda: systemd.tell(systemd.ALIVE), systemd.stroke_period()):
             for each in configs:

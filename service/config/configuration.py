@@ -5,8 +5,9 @@ What is wrong is said in one sentence that names where it came from. `service.co
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
@@ -22,6 +23,7 @@ from service.config.core_yaml import quote
 from service.config.removed import unknown
 from service.config.sections import Archive, Bus, HealthLimits, Learner, Signals, Tracing
 from service.config.vehicle import Vehicle
+from service.inputs.settings import Axis as AxisName
 from service.inputs.settings import Inputs
 from service.wire import Keys
 from service.wire.json_text import json_text
@@ -29,7 +31,7 @@ from service.wire.section import Name, Prefix, Section
 
 
 class Config(Section):
-    """Everything. `also` holds further learners of the same process: each repeats only what differs."""
+    """Everything. `learners` holds several learners of one process: each repeats only what differs."""
 
     prefix: Prefix = Field(default="leng/yaw", description="prefix of the keys")
     state: Path | None = Field(default=Path("state"), description="directory of the durable state; null keeps nothing")
@@ -38,8 +40,10 @@ class Config(Section):
     effects: Path | None = Field(
         default=None, description="effects file written by `incsvr trace --json FILE`; null: none"
     )
-    also: tuple[dict[str, Any], ...] = Field(
-        default=(), max_length=1000, description="further learners in this process"
+    learners: dict[Name, dict[str, Any]] = Field(
+        default={},
+        max_length=1000,
+        description="the learners of this process by name, each with the values that differ from the others'; {}: one",
     )
     bus: Bus = Bus()
     vehicle: Vehicle = Vehicle()
@@ -117,22 +121,20 @@ class Config(Section):
         alone = tuple(vehicle.inertia if name == axis.name else 0.0 for name in AXES)
         return Coupled(axis, mass_matrix(vehicle.mass_matrix or alone), recorded, vehicle.restoring)
 
-    def _hearing(self, learners: tuple[Config, ...]) -> Config:
-        """This configuration, where samples wait for all that the body asks for and something brings: a learner of
-        another axis of the vehicle in this process, or `inputs.channels`."""
-        coupled = self._in_its_body((*VELOCITIES, *ATTITUDE))
-        if coupled is None:
-            return self
-        brought = {*self.inputs.channels, *(name for other in learners for name in self.hears(other))}
-        channels = dict.fromkeys((*self.signals.channels, *(name for name in coupled.streams if name in brought)))
-        channels.pop(coupled.axis.rate, None)  # its own, which the file may name for the learner of another axis
-        return self.model_copy(update={"signals": self.signals.model_copy(update={"channels": tuple(channels)})})
-
     def hears(self, other: Config) -> tuple[str, ...]:
         """Under what name the velocity of another learner of the same vehicle comes to this one, if it is another."""
         if other.vehicle.name != self.vehicle.name or other.vehicle.axis == self.vehicle.axis:
             return ()
         return (stream_of(AXES[self.vehicle.axis], AXES[other.vehicle.axis].rate),)
+
+    def thrust_axes(self, learners: Sequence[Config]) -> tuple[AxisName, ...]:
+        """The axes of other learners whose efforts the thrusters of these inputs make, where all their places are known
+        and no channel brings the effort."""
+        thrusters = self.inputs.thrusters
+        if thrusters is None or any(each.position is None for each in thrusters.each):
+            return ()
+        led = [each.vehicle.axis for each in learners if self.hears(each) and each.inputs.own]
+        return tuple(axis for axis in led if AXES[axis].effort not in self.inputs.channels)
 
     @property
     def axis_asked(self) -> Axis:
@@ -141,63 +143,67 @@ class Config(Section):
         said = "axis" in self.vehicle.model_fields_set or last not in AXES
         return AXES[self.vehicle.axis if said else last]
 
-    def leads(self, other: Config) -> bool:
-        """Whether both are of one vehicle file, so that channels come to the first of its learners for all of them."""
-        mine, its = self.vehicle, other.vehicle
-        return mine.file is not None and (mine.file, mine.name) == (its.file, its.name)
-
-    def _led(self, other: Config) -> Config:
-        """Another learner, which hears through this one what comes in the forms of others, if this one leads it."""
-        return other.model_copy(update={"inputs": Inputs()}) if self.leads(other) else other
-
     def each(self) -> tuple[Config, ...]:
-        """The configuration of every learner in this process: this one, then those of `also`."""
-        base = self.model_dump(exclude={"also"})
-        if self.vehicle.mass_matrix is not None or not self.vehicle.inertia_said:
-            del base["vehicle"]["inertia"]  # it follows from the matrix, of each axis its own; or nobody said it
-        rest = tuple(self._led(validate(merge(base, entry), {})) for entry in self.also)
-        if any(config.also for config in rest):
-            raise BadInput("an entry of `also` has an `also` of its own; list all learners in the first one")
-        prefixes = [self.prefix, *(config.prefix for config in rest)]
+        """The configuration of every learner in this process.
+
+        Raises:
+            BadInput: two of them share a name that each needs for itself.
+        """
+        learners = tuple(self.named().values())
+        prefixes = [config.prefix for config in learners]
         twice = {prefix for prefix in prefixes if prefixes.count(prefix) > 1}
         if twice:
-            raise BadInput(
-                f"two learners share the prefix {min(twice)}; give every entry of `also` a prefix of its own"
-            )
+            raise BadInput(f"two learners share the prefix {min(twice)}; give each of `learners` a prefix of its own")
         files = [Keys(prefix).file_name for prefix in prefixes]
         shared = [prefix for prefix, name in zip(prefixes, files, strict=True) if files.count(name) > 1]
         if self.archive.directory is not None and shared:
             raise BadInput(
                 f"the archives of {' and '.join(shared)} have the same file names; rename one of the prefixes"
             )
-        learners = (self, *rest)
-        return tuple(learner._hearing(learners) for learner in learners)
+        return learners
+
+    def named(self, where: Mapping[tuple[str, ...], str] = MappingProxyType({})) -> dict[str, Config]:
+        """The learners by their names, each with its values in place of those of the file; "" names the only one.
+
+        A learner without inputs of its own gets those of the first one of its vehicle, which reads each message once.
+        """
+        if not self.learners:
+            return {"": self}
+        found: dict[str, Config] = {}
+        for name, own in self.learners.items():
+            if "learners" in own:
+                raise BadInput(f"learners.{name} has learners of its own; list all of them in one section")
+            values = merge(self.model_dump(exclude={"learners"}, exclude_unset=True), own)
+            below = {place[2:]: source for place, source in where.items() if place[:2] == ("learners", name)}
+            config = _of_its_axis(values, own, {**where, **below})
+            first = next((each for each in found.values() if each.hears(config)), config)
+            if first is not config and "inputs" not in own:
+                config = config.model_copy(update={"inputs": Inputs()})
+            found[name] = config
+        return found
 
     def of_axis(self, axis: str | None) -> Config:
-        """The learner of an axis in this process, with the inputs of the first one; this one where none is of it."""
-        if axis in (None, self.vehicle.axis):
-            return self
-        base = self.model_dump(exclude={"also"}, exclude_unset=True)
-        if self.vehicle.mass_matrix is not None:
-            base["vehicle"].pop("inertia", None)  # as in `each`
-        for entry in self.also:
-            if entry.get("vehicle", {}).get("axis") == axis:
-                return validate(merge(base, entry) | {"inputs": self.inputs}, {})
-        return self
+        """The learner of an axis in this process, with the inputs of the first one; the first one if none is of it."""
+        first, *others = self.each()
+        if axis in (None, first.vehicle.axis):
+            return first
+        of_it = next((each for each in others if each.vehicle.axis == axis), first)
+        return of_it.model_copy(update={"inputs": first.inputs})
 
 
-def check_first_axis(config: Config) -> None:
-    """Refuses a vehicle file whose first learner, through which all hear the forms of others, is not that of yaw.
-
-    Raises:
-        BadInput: with the cure.
-    """
-    axes = {each.vehicle.axis for each in config.each() if config.leads(each)}
-    if "yaw" in axes and config.vehicle.axis != "yaw" and not config.inputs.own:
-        raise BadInput(
-            f"prefix: with inputs, the first learner of {config.vehicle.file} is that of yaw, not "
-            f"{config.vehicle.axis}; let the prefix end with yaw"
-        )
+def _of_its_axis(values: dict[str, Any], own: Mapping[str, Any], where: Mapping[tuple[str, ...], str]) -> Config:
+    """The learner with these values, of which `own` are its own; without a prefix it takes that of the others, with its
+    axis at the end, and with a mass matrix the inertia of its axis."""
+    section = values.get("vehicle")
+    vehicle: Mapping[str, Any] = section if isinstance(section, Mapping) else {}
+    if vehicle.get("mass_matrix") is not None and "inertia" not in own.get("vehicle", {}):
+        values = {**values, "vehicle": {name: value for name, value in vehicle.items() if name != "inertia"}}
+    config = validate(values, where)
+    if "prefix" in own:
+        return config
+    above, _, last = config.prefix.rpartition("/")
+    above = above if last in AXES else config.prefix
+    return config.model_copy(update={"prefix": f"{above}/{config.vehicle.axis}".lstrip("/")})
 
 
 def check_inertia(config: Config) -> None:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 REMOVED = {
+    "vehicle.file": "`incsvr serve --vehicle FILE` learns its axes, as does a copy of its section learners",
+    "also": "list every learner of the process in the section learners, each under a name",
+    "inputs.thrusters.also_along": "the thrusters' positions give the efforts of all axes of `learners`",
     "learner.bins": "the criterion has 20 bins",
     "learner.near": "over several velocities the policy weighted learns, which needs none",
     "health.stuck_after": "a yaw rate that is constant for 2 s is a fault",

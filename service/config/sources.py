@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from service.config.axes_of_file import vehicle_file_of, with_axes_of_file
 from service.config.configuration import Config, merge, validate
 from service.config.core_yaml import MAX_CHARACTERS, Document, parse
 from service.config.removed import unknown
+from service.config.vehicle_file import learners_in
 from service.inputs.presets.defaults import defaults
 
 
@@ -38,8 +38,8 @@ def add_client_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0, w
     add_config_arguments(parser)
 
 
-def from_arguments(args: argparse.Namespace) -> Config:
-    """The configuration in force, given the flags of `add_config_arguments`."""
+def from_arguments(args: argparse.Namespace, vehicle: Path | None = None) -> Config:
+    """The configuration in force, given the flags of `add_config_arguments`, and a vehicle file."""
     flags: dict[str, Any] = {}
     origin: dict[tuple[str, ...], str] = {}
     given = [("prefix", args.prefix, "--prefix"), ("bus.connect", args.connect, "--connect")]
@@ -55,15 +55,16 @@ def from_arguments(args: argparse.Namespace) -> Config:
                 raise BadInput(f"{flag}: {name} is given twice; keep one of them")
             origin[path] = flag
             flags = merge(flags, _nested(path, value))
-    return read(args.config, flags, origin)
+    return read(args.config, flags, origin, vehicle)
 
 
 def read(
     path: Path | None = None,
     flags: Mapping[str, Any] | None = None,
     origin: Mapping[tuple[str, ...], str] | None = None,
+    vehicle: Path | None = None,
 ) -> Config:
-    """The configuration in force: the file, then INCSVR_… variables, then flags.
+    """The configuration in force: the learners of a vehicle file, the file, then INCSVR_… variables, then flags.
 
     Raises:
         BadInput: naming the line, the variable or the flag, and what is allowed there.
@@ -77,19 +78,13 @@ def read(
     for place in _places(variables):
         where[place] = "the variable INCSVR_" + "__".join(place).upper()
     values = merge(merge(values, variables), flags or {})
-    found = defaults(values)
-    if vehicle_file_of(values) is not None:  # it knows the vehicle better than a preset does
-        found = {name: value for name, value in found.items() if name not in ("vehicle", "learner")}
-    values = with_axes_of_file(merge(found, values))
+    if vehicle is not None:
+        values = merge({"learners": learners_in(vehicle)}, values)
     where |= origin or {}
-    if vehicle_file_of(values) is not None:  # what stands there now are the file's learners
-        where = {place: source for place, source in where.items() if place[:1] != ("also",) or len(place) == 1}
-    config = validate(values, where)
-    for index, entry in enumerate(config.also):
-        below = {place[2:]: source for place, source in where.items() if place[:2] == ("also", str(index))}
-        validate(merge(values | {"also": ()}, entry), where | below)
-    config.each()
-    return config
+    config = validate(merge(defaults(values), values), where)
+    config.named(where)
+    first = config.each()[0]
+    return config if "prefix" in values else config.model_copy(update={"prefix": first.prefix})
 
 
 def sections(path: Path) -> frozenset[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
@@ -16,10 +15,6 @@ from service.wire.section import MassMatrix, Metres, Name, Section
 class Vehicle(Section):
     """The vehicle whose damping is learned."""
 
-    file: Path | None = Field(
-        default=None,
-        description="a vehicle file of `incsvr identify`: makes a learner of every axis that it has an actuator for",
-    )
     name: Name = Field(default="leng", description="name of the vehicle; a state of another vehicle is refused")
     axis: Literal["surge", "sway", "heave", "roll", "pitch", "yaw"] = Field(
         default="yaw", description="whose velocity and force are learned; m/s, N and kg along an axis"

@@ -85,6 +85,7 @@ class Entries(Part):
     terms: dict[Axis, dict[StrictStr, Entry]]
     thrust_lag_s: dict[Axis, TimeConstant]
     fastest: dict[Axis, Annotated[StrictFloat, Field(ge=0.0, le=50.0)]]
+    learners: dict[StrictStr, dict[StrictStr, Any]] = Field(default={})
     doubts: tuple[Annotated[StrictStr, AfterValidator(_name)], ...] = ()
 
     @model_validator(mode="after")

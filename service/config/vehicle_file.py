@@ -26,6 +26,7 @@ HEAD = f"""\
 # square:j ν_j²; cross_size:j*k |ν_j| ν_k; effort:a −τ_a; inflow:j τ|ν_j|; reverse τ where τ < 0; bias 1;
 # righting sin φ cos θ (roll), sin θ (pitch); weight: minus the downward direction.
 # doubts: why predictions, parameters or intervals may be wrong; an export repeats them.
+# learners: what `incsvr serve --vehicle FILE` learns, in the names of config.yaml; change it as you like.
 """
 MAX_BYTES = 1_000_000
 """Largest vehicle file [bytes]: a model takes some 10 kB."""
@@ -33,7 +34,11 @@ MAX_BYTES = 1_000_000
 
 def write_vehicle(path: Path, vehicle: Vehicle) -> None:
     """Writes a vehicle file, from which `read_vehicle` gives the same numbers to the last bit."""
-    path.write_text(HEAD + "\n".join(_lines(vehicle.to_dict(), "")) + "\n", encoding="utf-8")
+    from service.config.vehicle_learners import learners_of  # what learners are made of is not needed to read one
+
+    path.write_text(
+        HEAD + "\n".join(_lines({**vehicle.to_dict(), "learners": learners_of(vehicle)}, "")) + "\n", encoding="utf-8"
+    )
 
 
 def read_vehicle(path: Path) -> Vehicle:
@@ -46,6 +51,23 @@ def read_vehicle(path: Path) -> Vehicle:
     from incsvr.vehicle import Vehicle
 
     return Vehicle.from_dict(read_values(path))
+
+
+def learners_in(path: Path) -> Mapping[str, Any]:
+    """The section `learners` of a vehicle file.
+
+    Raises:
+        BadInput: there is none, or as in `read_values`.
+    """
+    values = read_values(path)
+    if not values["driven"]:
+        raise BadInput(
+            f"{path}: no axis of this vehicle has an actuator, so there is no damping to learn; identify it from a "
+            "log that holds the efforts"
+        )
+    if not values.get("learners"):
+        raise BadInput(f"{path}: it has no section learners; write it anew with `incsvr identify`")
+    return dict(values["learners"])
 
 
 def read_values(path: Path) -> Mapping[str, Any]:

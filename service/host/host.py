@@ -32,6 +32,7 @@ from service.host.answers import Answers
 from service.host.effect_switch import EffectSwitch
 from service.host.persist_then_publish import PARAMETERS_KEY, PersistThenPublish
 from service.host.thrust_words import pause_words, thrust_event, thrust_notice
+from service.inputs.settings import Axis
 from service.learner.duplicate_learner import DuplicateLearner
 from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
@@ -48,11 +49,14 @@ log = logging.getLogger(__name__)
 
 
 class Host:
-    """One learner on a session, from its construction until `close`; `learners` are in this process altogether."""
+    """One learner on a session, from its construction until `close`; `learners` are in this process altogether, and the
+    thrusters of its inputs make the efforts of `further` axes as well."""
 
-    def __init__(self, session: zenoh.Session, config: Config, learners: int = 1) -> None:
+    def __init__(
+        self, session: zenoh.Session, config: Config, learners: int = 1, further: tuple[Axis, ...] = ()
+    ) -> None:
         self.keys = wire.Keys(config.prefix)
-        self._session, self._config = session, config
+        self._session, self._config, self.further = session, config, further
         self._effects = configured_effects(config)
         known_by = None if self._effects is None else self._effects.identity
         changing = config.tracing.on
@@ -71,7 +75,7 @@ class Host:
         self._archive = archive_of(config, self.node.boot, learners)
         self._publishers = Publishers(session, self.keys, self._archive)
         self.mapped = self._mapping(learners)
-        self.led_by: MappedIngest | None = None  # what hears for it in another learner of its vehicle file
+        self.led_by: MappedIngest | None = None  # reads for it in another learner of its vehicle
         self._persist_then_publish = PersistThenPublish(
             config, self.node, self._store, self._history, self._publishers, self._live, self.mapped
         )
@@ -108,7 +112,9 @@ class Host:
         from service.bus.mapped_ingest import MappedIngest
 
         known = self._stored.get(PARAMETERS_KEY) or {}
-        return MappedIngest(self._session, self.watch, self._config, known, learners, self._archive)
+        return MappedIngest(
+            self._session, self.watch, self._config, known, learners, self._archive, further=self.further
+        )
 
     def _restore(self) -> tuple[LearnerNode, LiveTracing | None]:
         """The learner as it was; a memory that cannot be taken up, for whatever reason, is set aside."""

@@ -7,7 +7,6 @@ from functools import partial
 
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.signals import TORQUE, YAW_RATE
-from service.config.configuration import Config
 from service.host.host import Host
 
 
@@ -17,9 +16,10 @@ def share_streams(hosts: Sequence[Host]) -> None:
         _name_vehicle(host, hosts)
     for host in first_of_each_axis(hosts):
         _send_velocity(host, hosts)
-    for other in hosts[1:]:
-        if hosts[0].node.config.leads(other.node.config):
-            _lead(hosts[0], other, hosts)
+    for other in hosts:
+        first = next(host for host in hosts if _vehicle(host) == _vehicle(other))
+        if first.node.config.hears(other.node.config) and other.mapped is None:
+            _lead(first, other, hosts)
 
 
 def first_of_each_axis(hosts: Sequence[Host]) -> list[Host]:
@@ -29,6 +29,10 @@ def first_of_each_axis(hosts: Sequence[Host]) -> list[Host]:
         vehicle = host.node.config.vehicle
         found.setdefault((vehicle.name, vehicle.axis), host)
     return list(found.values())
+
+
+def _vehicle(host: Host) -> str:
+    return host.node.config.vehicle.name
 
 
 def _name_vehicle(host: Host, hosts: Sequence[Host]) -> None:
@@ -51,10 +55,10 @@ def _send_velocity(host: Host, hosts: Sequence[Host]) -> None:
 
 
 def _lead(first: Host, other: Host, hosts: Sequence[Host]) -> None:
-    """What comes to the first learner of a vehicle file goes to another one: channels that it waits for, and what a
+    """What comes to the first learner of a vehicle goes to another one: channels that it waits for, and what a
     mapping makes of the messages of others, so that each message is read once."""
     other.led_by = first.mapped
-    mapped = _mapped_streams(first.node.config)
+    mapped = {*first.node.config.inputs.channels, *(AXES[name].effort for name in first.further)}
     told = {name for each in hosts for name in other.node.config.hears(each.node.config)}
     for name in other.node.config.signal_settings().channels:
         if name not in told or name in mapped:
@@ -65,13 +69,6 @@ def _lead(first: Host, other: Host, hosts: Sequence[Host]) -> None:
             _send(first, name, other, own)
     if axis.effort in mapped:
         first.feed.elsewhere.add(axis.effort)
-
-
-def _mapped_streams(config: Config) -> frozenset[str]:
-    """The further streams that the configured mapping makes."""
-    inputs = config.inputs
-    made = () if inputs.thrusters is None else (AXES[axis].effort for axis in inputs.thrusters.also_along)
-    return frozenset((*inputs.channels, *made))
 
 
 def _send(host: Host, stream: str, other: Host, name: str) -> None:

@@ -23,7 +23,7 @@ from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
 from service.inputs.key_resolution import ANGLE_NAME, BATTERY_NAME, named_topics, resolve, with_settled_sources
 from service.inputs.message_fields import leaves
-from service.inputs.settings import Armed, Inputs
+from service.inputs.settings import Armed, Axis, Inputs
 from service.inputs.source_binding import RATE, TORQUE, VOLTAGE, SourceBinding
 from service.inputs.table import Topic
 from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage
@@ -63,8 +63,10 @@ class InputMapper:
         BadInput: the configuration names a type that is not read, or a topic that is no key expression.
     """
 
-    def __init__(self, inputs: Inputs, parameters: Mapping[str, Any] | None = None) -> None:
-        self._configured = inputs
+    def __init__(
+        self, inputs: Inputs, parameters: Mapping[str, Any] | None = None, further: tuple[Axis, ...] = ()
+    ) -> None:
+        self._configured, self._further = inputs, further
         self.keys = bus_keys.key_expressions(inputs)
         for place in inputs.places():
             decoder(place.form)
@@ -262,9 +264,13 @@ class InputMapper:
         if self._torque.movement.has_moved:
             self._arming.moved(self._resolved.armed)
         times, self.placed[TORQUE] = self._clock.times_of(TORQUE, binding.stamps(thrusters), arrival)
-        told = self._torque.newest_efforts(thrusters, binding, times[0], self._latest) if len(times) == 1 else None
+        told = (
+            self._torque.newest_efforts(thrusters, binding, times[0], self._latest, self._further)
+            if len(times) == 1
+            else None
+        )
         if told is not None:
-            names = (TORQUE, *(AXES[axis].effort for axis in thrusters.also_along))
+            names = (TORQUE, *(AXES[axis].effort for axis in self._further))
             for name, effort in zip(names, told[1], strict=True):
                 yield MappedValues(name, [told[0]], [effort])
 

@@ -158,10 +158,6 @@ class Thrusters(Section):
     )
     measured_voltage: Source | None = Field(default=None, description="source of the battery's voltage")
     axis: Axis = Field(default="yaw", description="axis along or about which they push; default: the learned one")
-    also_along: tuple[Axis, ...] = Field(
-        default=(),
-        description="further axes, whose efforts the same commands make: channels surge_force, roll_torque, …",
-    )
     scale: float = Field(default=1.0, description="further factor of the torque")
     stamp: str = Field(default="", description=STAMP_DESCRIPTION)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
@@ -188,12 +184,6 @@ class Thrusters(Section):
                 f"curve is {self.curve}, which belongs to pwm and fraction; with command {self.command} give curve: "
                 "quadratic, with full in N s²/rad², or a file of command,newtons"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _check_further_axes(self) -> Self:
-        if self.also_along and any(each.position is None for each in self.each):
-            raise ValueError("also_along needs the position [m] of each thruster and the direction in which it pushes")
         return self
 
     @property

@@ -12,7 +12,7 @@ from service.inputs.forms import number
 from service.inputs.key_resolution import ANGLE_NAME, BATTERY_NAME
 from service.inputs.moving_outputs import Movement, least_movement
 from service.inputs.outputs import output_numbers, without_pulse
-from service.inputs.settings import Thrusters
+from service.inputs.settings import Axis, Thrusters
 from service.inputs.source_binding import SURGE, VOLTAGE, SourceBinding
 from service.inputs.thrust import T200_NOMINAL_V, efforts, is_battery_voltage, is_pulse
 
@@ -65,10 +65,15 @@ class TorqueOfCommands:
         return [k for k, place in enumerate(places) if place not in self._pulsed]
 
     def newest_efforts(
-        self, settings: Thrusters, known: SourceBinding, t: float, latest: Mapping[str, float]
+        self,
+        settings: Thrusters,
+        known: SourceBinding,
+        t: float,
+        latest: Mapping[str, float],
+        further: tuple[Axis, ...] = (),
     ) -> tuple[float, list[float]] | None:
         """Stamp [s] and efforts [N m], [N], once every thruster has told its command and every angle is known: of the
-        settings' axis, then of `also_along`.
+        settings' axis, then of the further ones.
 
         Where each has a key of its own, it waits for a later stamp: what bears the same belongs to the same moment.
 
@@ -88,7 +93,7 @@ class TorqueOfCommands:
         commands = [np.array([command]) for command in self._commands]
         angles = {k: np.array([latest[ANGLE_NAME.format(k)]]) for k in turned}
         with np.errstate(all="ignore"):  # what is no command makes no moment, and is refused as beyond the plausible
-            axes, speed = (settings.axis, *settings.also_along), np.array([latest.get(SURGE, 0.0)])
+            axes, speed = (settings.axis, *further), np.array([latest.get(SURGE, 0.0)])
             totals = efforts(settings, axes, commands, np.array([volts]), speed, angles)
         now = (t, totals[:, 0].tolist())
         if len(known.commands) < len(settings.each):

@@ -272,6 +272,9 @@ def archive_of(config: Config, boot: str, learners: int) -> Archive | None:
     archive = config.archive
     if archive.directory is None:
         return None
-    told, most = about(config.model_dump(mode="json", exclude={"also"}), boot), 1_000_000 * archive.most_mb // learners
+    told, most = (
+        about(config.model_dump(mode="json", exclude={"learners"}), boot),
+        1_000_000 * archive.most_mb // learners,
+    )
     size = min(FILE_BYTES, most // 2)
     return Archive(archive.directory, config.prefix, told, file_bytes=size, most_bytes=most)

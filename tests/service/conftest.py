@@ -111,7 +111,7 @@ def benches() -> Iterator[StartBench]:
             endpoint = free_endpoint()
             server = stack.enter_context(open_session(listener_config_at(endpoint)))
             learners = config.each()
-            hosts = [Host(server, each, len(learners)) for each in learners]
+            hosts = [Host(server, each, len(learners), each.thrust_axes(learners)) for each in learners]
             crew = stack.enter_context(ExitStack())
             crew.enter_context(WorkerThreads(hosts))
             client = outer.enter_context(open_session(client_config_at(endpoint), PATIENCE))

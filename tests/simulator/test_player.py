@@ -116,3 +116,9 @@ def test_the_experiment_is_written_as_recordings(tmp_path: Path) -> None:
 def test_a_speed_that_is_none_is_refused(speed: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", f"--speed={speed}"]) == 2
     assert "give a positive number" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("flag", ["--seed=-1", "--underway=-1", "--drop-outs=61", "--jitter=nan", "--duplicates=0.6"])
+def test_a_fault_that_there_is_not_is_refused(flag: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", flag]) == 2
+    assert "give a number from 0 to" in capsys.readouterr().err

@@ -11,7 +11,7 @@ import pytest
 
 from service import wire
 from service.bus.session import client_config_at
-from service.config.vehicle_file import write_vehicle
+from service.config.vehicle_file import learners_in, write_vehicle
 from simulator.vehicles import BODIES
 from tests.service.conftest import benches
 from tests.vehicle_of_body import vehicle_of
@@ -26,7 +26,7 @@ BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(82)), (1.0, 0.4, 0.0, 0.0
 def test_an_axis_is_answered_where_it_is_asked_for(tmp_path: Path) -> None:
     write_vehicle(tmp_path / "boat.yaml", BOAT)
     with benches() as begin:
-        bench = begin(vehicle__file=str(tmp_path / "boat.yaml"), prefix="boat")
+        bench = begin(learners=learners_in(tmp_path / "boat.yaml"), prefix="boat")
         bench.session.put("boat/surge/rate", wire.measurement((1.0, 1.1), (0.5, 0.6)))
         bench.session.put("boat/yaw/channel/heading", wire.measurement(1.0, 0.3))
         bench.health_when(lambda health: {"surge", "heading"} <= health.streams.keys())
@@ -45,7 +45,7 @@ def test_an_axis_is_answered_where_it_is_asked_for(tmp_path: Path) -> None:
 def test_a_browser_shows_the_axis_of_its_address(tmp_path: Path) -> None:
     write_vehicle(tmp_path / "boat.yaml", BOAT)
     with benches() as begin:
-        bench = begin(vehicle__file=str(tmp_path / "boat.yaml"), prefix="boat")
+        bench = begin(learners=learners_in(tmp_path / "boat.yaml"), prefix="boat")
         learner = Learner(client_config_at(bench.endpoint), bench.endpoint, "boat/yaw")
         with server("127.0.0.1", 0, learner, ours("127.0.0.1", [])) as served:
             threading.Thread(target=served.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()

@@ -41,7 +41,14 @@ COMMON = {
 THREE = {
     **COMMON,
     "prefix": "rov/yaw",
-    "also": [{"prefix": f"rov/{axis}", "vehicle": {"axis": axis}} for axis in ("surge", "sway")],
+    "learners": {
+        axis: {"vehicle": {"axis": axis}, "signals": {"channels": channels}}
+        for axis, channels in (
+            ("yaw", ["surge", "sway"]),
+            ("surge", ["sway", "body_yaw_rate"]),
+            ("sway", ["surge", "body_yaw_rate"]),
+        )
+    },
 }
 
 
@@ -171,7 +178,7 @@ def test_weight_and_buoyancy_are_a_part_of_the_ledger() -> None:
         vehicle__weight=300.0,
         vehicle__centre_of_gravity=(0.1, 0.0, 0.0),
         vehicle__rate_limit=5.0,
-        inputs__channels={"roll": {"topic": "imu", "field": "roll", "form": "json"}},
+        signals__channels=("roll",),
     )
     (learner,) = config.each()
     coupled = learner.coupled()
@@ -190,7 +197,7 @@ def test_weight_and_buoyancy_are_a_part_of_the_ledger() -> None:
 
 
 def test_yaw_alone_asks_for_nothing() -> None:
-    config = configured(also=[{"prefix": "leng/surge", "vehicle": {"axis": "surge"}}])
+    config = configured(learners={"yaw": {}, "surge": {"vehicle": {"axis": "surge"}}})
     for learner in config.each():
         assert learner.coupled() is None
         assert learner.signals.channels == ()

@@ -89,8 +89,8 @@ def test_the_learner_says_goodbye(start: StartBench) -> None:
 
 
 def test_several_learners_share_one_process(start: StartBench, run: Recording) -> None:
-    bench = start(also=[{"prefix": "leng/pitch", "vehicle": {"inertia": 300.0}}])
-    first, second = bench.host.node.config.each()
+    bench = start(learners={"a": {}, "b": {"prefix": "leng/pitch", "vehicle": {"inertia": 300.0}}})
+    first, second = (host.node.config for host in bench.hosts)
     assert (first.prefix, second.prefix, second.vehicle.inertia) == ("leng/yaw", "leng/pitch", 300.0)
     assert second.learner == first.learner
 

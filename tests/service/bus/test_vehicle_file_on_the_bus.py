@@ -13,7 +13,7 @@ import pytest
 from service import wire
 from service.cli.command_line import main
 from service.cli.output import WIDTH
-from service.config.vehicle_file import write_vehicle
+from service.config.vehicle_file import learners_in, write_vehicle
 from simulator.vehicles import BODIES
 from tests.service.conftest import Bench, StartBench
 from tests.vehicle_of_body import vehicle_of
@@ -23,7 +23,7 @@ BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(81)), (1.0, 0.4, 0.0, 0.0
 
 def started(start: StartBench, folder: Path, **settings: Any) -> Bench:
     write_vehicle(folder / "boat.yaml", BOAT)
-    return start(vehicle__file=str(folder / "boat.yaml"), prefix="boat", health__stale_after=1000.0, **settings)
+    return start(learners=learners_in(folder / "boat.yaml"), prefix="boat", health__stale_after=1000.0, **settings)
 
 
 def test_a_channel_that_comes_to_the_first_learner_reaches_the_others(start: StartBench, tmp_path: Path) -> None:
@@ -64,8 +64,7 @@ def test_one_message_of_a_mapping_reaches_all_axes(start: StartBench, tmp_path: 
     yaw, surge = bench.hosts
     assert yaw.mapped is not None
     assert surge.mapped is None  # one learner reads each message for all
-    assert yaw.node.config.inputs.thrusters is not None
-    assert yaw.node.config.inputs.thrusters.also_along == ("surge",)
+    assert yaw.further == ("surge",)
     bench.session.put("boat/armed", json.dumps({"on": 0}))
     bench.session.put("boat/imu", json.dumps({"t": 1.0, "gyro": [0.0, 0.0, 90.0], "v": [0.5, 0.1]}))
     bench.health_when(lambda health: health.streams["yaw_rate"].received == 1)

@@ -109,7 +109,7 @@ def test_what_is_written_is_what_was_learned_with(
     assert (config.vehicle.name, config.prefix) == ("leng", "leng/yaw")
     for section in ("learner", "signals"):
         for name, value in result["settings"][section].items():
-            if name not in ("lateness", "gap", "torque_limit", "rate_limit", "own", "others"):
+            if name not in ("lateness", "gap", "torque_limit", "rate_limit", "own", "others", "bins"):
                 found = getattr(config, "vehicle" if name in ("inertia", "rate_range") else section)
                 assert json.loads(json_text(getattr(found, name))) == value
     told(capsys, "fit", run, "--config", first, "--inertia", "340", "--write", second, "--force")
@@ -161,7 +161,7 @@ def test_in_a_file_that_is_there_only_what_was_fitted_changes(
     ("text", "words", "cure"),
     [
         (None, ["--name", "a/b"], "--name: vehicle.name: a name has letters"),
-        ("vehicle: {axis: surge}", ["--axis", "yaw"], "has no learner of yaw; list one in `also`"),
+        ("vehicle: {axis: surge}", ["--axis", "yaw"], "has no learner of yaw; list one in `learners`"),
         ("prefix: [", [], "this is no YAML"),
     ],
 )

@@ -108,6 +108,6 @@ def test_flags_and_variables_are_read_by_the_same_loader(tmp_path: Path, monkeyp
         read()
 
 
-def test_a_learner_of_also_lists_no_others() -> None:
-    with pytest.raises(BadInput, match="list all learners in the first one"):
-        read(None, {"also": [{"prefix": "b", "also": [{"prefix": "c"}]}]})
+def test_a_learner_lists_no_others() -> None:
+    with pytest.raises(BadInput, match="list all of them in one section"):
+        read(None, {"learners": {"b": {"learners": {"c": {}}}}})

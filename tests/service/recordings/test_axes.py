@@ -91,7 +91,7 @@ def test_fit_of_an_axis_takes_the_settings_of_its_own_learner(files: list[str], 
     sway |= {"learner": {"gamma": 9.0, "C": 40.0, "epsilon": 1.5}}
     yaw = {"prefix": "auv/yaw", "vehicle": {"axis": "yaw", "inertia": 12, "rate_range": [-1, 1], "rate_limit": 3}}
     both, alone = tmp_path / "both.yaml", tmp_path / "alone.yaml"
-    both.write_text(json.dumps(yaw | {"also": [{"prefix": "auv/sway", **sway}]}), encoding="utf-8")
+    both.write_text(json.dumps({"prefix": "auv", "learners": {"yaw": yaw, "sway": sway}}), encoding="utf-8")
     alone.write_text(json.dumps(sway), encoding="utf-8")
     found = {}
     for config in (both, alone):

@@ -1,4 +1,4 @@
-"""A vehicle file in the configuration: a learner for each axis that it has an actuator for."""
+"""The learners in a vehicle file: one for each axis that it has an actuator for."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ import yaml
 
 from incsvr.errors import BadInput
 from incsvr.vehicle import Vehicle
-from service.cli.command_line import main
-from service.config.configuration import Config, check_first_axis, check_inertia
+from service.config.configuration import Config, check_inertia
 from service.config.sources import read
 from service.config.vehicle_file import read_vehicle, write_vehicle
 from service.export.python_module import python_module
@@ -28,7 +27,7 @@ BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(61)), (1.0, 0.4, 0.0, 0.0
 def of_file(tmp_path: Path, vehicle: Vehicle, **values: Any) -> Config:
     """The configuration of a vehicle's file and of further values, with dots in their names."""
     write_vehicle(tmp_path / "vehicle.yaml", vehicle)
-    return read(None, {"vehicle": {"file": str(tmp_path / "vehicle.yaml")}, **values})
+    return read(None, values, vehicle=tmp_path / "vehicle.yaml")
 
 
 def test_each_axis_with_an_actuator_has_a_learner_in_its_own_units(tmp_path: Path) -> None:
@@ -62,23 +61,21 @@ def test_the_velocity_of_an_axis_without_actuators_comes_as_a_channel(tmp_path: 
 
 
 def test_what_the_configuration_says_goes_before_what_the_file_says(tmp_path: Path) -> None:
-    also = [{"vehicle": {"axis": "surge", "rate_limit": 9.0}}, {"prefix": "other/yaw", "vehicle": {"name": "other"}}]
-    config = of_file(tmp_path, BOAT, prefix="boat/yaw", learner={"policy": "weighted", "batch": 7}, also=also)
+    further = {"surge": {"vehicle": {"rate_limit": 9.0}}, "o": {"prefix": "other/yaw", "vehicle": {"name": "other"}}}
+    config = of_file(tmp_path, BOAT, prefix="boat/yaw", learner={"policy": "weighted", "batch": 7}, learners=further)
     yaw, surge, other = config.each()
     assert {(each.learner.policy, each.learner.batch) for each in (yaw, surge)} == {("weighted", 7)}
     assert (surge.prefix, surge.vehicle.rate_limit, other.prefix) == ("boat/surge", 9.0, "other/yaw")
     assert surge.learner.gamma != yaw.learner.gamma
 
 
-def test_what_config_show_prints_gives_the_same_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    of_file(tmp_path, ROV)
-    assert main(["config", "show", "--set", f"vehicle.file={tmp_path}/vehicle.yaml", "--prefix", "auv/roll"]) == 0
-    shown = capsys.readouterr().out
-    assert "auv/heave" in shown
-    (tmp_path / "config.yaml").write_text(shown, encoding="utf-8")
+def test_the_section_of_a_file_is_one_of_the_configuration(tmp_path: Path) -> None:
+    expected = of_file(tmp_path, ROV, prefix="auv")
+    section = (tmp_path / "vehicle.yaml").read_text(encoding="utf-8").partition("\nlearners:")
+    (tmp_path / "config.yaml").write_text(f"prefix: auv{''.join(section[1:])}", encoding="utf-8")
     again = read(tmp_path / "config.yaml")
-    assert again == of_file(tmp_path, ROV, prefix="auv/roll")
-    assert again.each()[0].prefix == "auv/roll"
+    assert again == expected
+    assert [each.prefix for each in again.each()] == [f"auv/{axis}" for axis in ("yaw", *NAMES[:-1])]
 
 
 def test_a_file_without_actuators_is_refused(tmp_path: Path) -> None:
@@ -124,7 +121,7 @@ def test_a_vehicle_file_that_was_damaged_by_hand_is_refused_with_the_entry(
     edit(file)
     path = tmp_path / "vehicle.yaml"
     path.write_text(yaml.safe_dump(file), encoding="utf-8")
-    for reading in (lambda: read(None, {"vehicle": {"file": str(path)}}), lambda: read_vehicle(path)):
+    for reading in (lambda: read(vehicle=path), lambda: read_vehicle(path)):
         with pytest.raises(BadInput, match=told) as refused:
             reading()
         assert str(refused.value).startswith(f"{path}: the vehicle file is incomplete or damaged: ")
@@ -134,7 +131,7 @@ def test_a_vehicle_file_that_was_damaged_by_hand_is_refused_with_the_entry(
 def test_a_file_of_a_newer_release_is_named(tmp_path: Path) -> None:
     path = tmp_path / "vehicle.yaml"
     path.write_text(yaml.safe_dump({**ROV.to_dict(), "vehicle_file": 2}), encoding="utf-8")
-    for reading in (lambda: read(None, {"vehicle": {"file": str(path)}}), lambda: read_vehicle(path)):
+    for reading in (lambda: read(vehicle=path), lambda: read_vehicle(path)):
         with pytest.raises(BadInput, match="vehicle_file: 2, is newer than 1, which is read here; update incsvr"):
             reading()
 
@@ -153,22 +150,18 @@ def test_a_ship_has_limits_that_the_configuration_takes(tmp_path: Path) -> None:
     ship = ROV.to_dict()
     for axis in NAMES:
         ship["terms"][axis]["quadratic"]["value"] = 1e6
-    assert of_file(tmp_path, Vehicle.from_dict(ship)).vehicle.torque_limit == 1e7
+    assert of_file(tmp_path, Vehicle.from_dict(ship)).each()[0].vehicle.torque_limit == 1e7
 
 
 def test_what_is_no_list_of_learners_is_refused(tmp_path: Path) -> None:
-    for also in (3, [3]):
-        with pytest.raises(BadInput, match="also"):
-            of_file(tmp_path, BOAT, also=also)
-
-
-def test_with_inputs_the_first_learner_is_that_of_yaw(tmp_path: Path) -> None:
-    inputs = {"channels": {"surge": {"topic": "dvl", "field": "u"}}}
-    check_first_axis(of_file(tmp_path, BOAT, inputs=inputs))
-    with pytest.raises(BadInput, match="let the prefix end with yaw"):
-        check_first_axis(of_file(tmp_path, BOAT, prefix="boat/surge", inputs=inputs))
+    wrong: tuple[Any, ...] = (3, [3], {"surge": 3}, {"surge": {"learners": {}}})
+    for learners in wrong:
+        with pytest.raises(BadInput, match="learners"):
+            of_file(tmp_path, BOAT, learners=learners)
 
 
 def test_a_mistake_in_a_learner_of_the_file_is_said(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="vehicle: Input should be a valid"):
+        of_file(tmp_path, BOAT, learners={"surge": {"vehicle": 3}})
     with pytest.raises(BadInput, match=r"there is no learner\.gama"):
-        of_file(tmp_path, BOAT, also=[{"vehicle": {"axis": "surge"}, "learner": {"gama": 3.0}}])
+        of_file(tmp_path, BOAT, learners={"surge": {"learner": {"gama": 3.0}}})
