@@ -38,10 +38,10 @@ class Proof:
         return low is not None and low > 0.0
 
     def of_suspected(self, last: bool) -> Verdict:
-        """The decision on suspected effects; unless this is the last look, a vehicle that lay still is waited for."""
-        if not self.turned:
-            return "refused" if last else "waits"
-        return "promoted" if self.better else "refused"
+        """The decision on suspected effects; unless this is the last look, more data may prove them."""
+        if self.turned and self.better:
+            return "promoted"
+        return "refused" if last or (self.turned and self.worse) else "waits"
 
     def of_known(self) -> Verdict:
         """The decision on effects in force or proven."""

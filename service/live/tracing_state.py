@@ -23,8 +23,9 @@ FRESH_PART = 0.25
 """This part of the window comes between two traces: a process beside the learner is not always busy, and what came on
 lately is in all of the window's newest half before three quarters of a window passed."""
 TRIAL_PART = 0.5
-"""What is in force is compared whenever so much of the window is fresh; the models are fitted to the rest of it. A
-vehicle that lies still after a trace is waited for so long, and then what is suspected is refused."""
+"""A suspected effect is compared on all data since its trace, each time that `tracing.proof` more has come, until that
+is this part of the window; then it is proven or refused. What is in force is compared whenever so much is fresh. The
+models are fitted to the rest of the window."""
 MAX_STEPS = 60
 """Steps that the history keeps; the oldest go."""
 RESIDUAL = "residual"
@@ -127,9 +128,9 @@ class TracingState:
         return replace(self, suspect=found, traced_until=newest, unseen_from=unseen_from)
 
     def overdue(self, newest: float, window: float) -> bool:
-        """Whether half a window passed since the trace of what is suspected: the data before it are going."""
+        """Whether more than half a window passed since the trace of what is suspected: the data before it are going."""
         traced = self.traced_until
-        return self.suspect is not None and traced is not None and newest >= traced + TRIAL_PART * window
+        return self.suspect is not None and traced is not None and newest > traced + TRIAL_PART * window
 
     def after_proof(self, newest: float, verdict: Verdict, error: Mapping[str, Any] | None = None) -> TracingState:
         """A proof of what is under test, on data up to `newest` [s], ended.

@@ -105,7 +105,7 @@ def served(path: Path, config: Path) -> tuple[int, list[str]]:
 def learned_by_all(path: Path, folder: Path, inertia: float) -> tuple[int, Path]:
     """How many batches all three learn, and what `fit` wrote: none is put aside, no sensor is blamed."""
     config = folder / "written.yaml"
-    first = fit(path, "--inertia", str(inertia), "--write", config, "--state", folder / "state")
+    first = fit(path, "--inertia", str(inertia), "--write", config, "--state", folder / "state", "--force")
     again = fit(path, "--config", config)
     count, paused = served(path, config)
     for found in (first, again):

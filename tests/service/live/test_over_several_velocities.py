@@ -19,7 +19,7 @@ REVERSE_EFFICIENCY = 0.6
 @pytest.fixture(scope="module")
 def weak_in_reverse() -> Recording:
     """A vehicle in the plane whose reverse thrust is weaker than its command, from the beginning."""
-    run = cut(worlds.planar(SEED, 460.0), 370.0)
+    run = cut(worlds.planar(SEED, 460.0), 420.0)
     columns = {name: values.copy() for name, values in run.columns.items()}
     torque = columns["torque"]
     torque[torque < 0.0] /= REVERSE_EFFICIENCY
@@ -44,4 +44,4 @@ def test_an_effect_is_promoted_and_the_surface_learned_anew(weak_in_reverse: Rec
     assert active is not None
     assert active.effects[0]["parameters"]["reverse_efficiency"] == pytest.approx(REVERSE_EFFICIENCY, abs=0.05)
     time, left = seen.residuals
-    assert rms(left[time > 310.0]) < 0.8 * rms(left[(time > 200.0) & (time < 300.0)])
+    assert rms(left[time > 365.0]) < 0.8 * rms(left[(time > 200.0) & (time < 300.0)])

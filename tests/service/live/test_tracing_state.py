@@ -111,6 +111,6 @@ def test_a_suspicion_ends_with_a_restart_or_the_clock_and_the_next_window_is_tra
 
 def test_what_cannot_be_proven_within_half_a_window_is_overdue() -> None:
     shadow = TracingState().after_trace(900.0, LAG)
-    assert not shadow.overdue(1349.0, WINDOW)
-    assert shadow.overdue(1350.0, WINDOW)
-    assert not TracingState().overdue(1350.0, WINDOW)
+    assert not shadow.overdue(1350.0, WINDOW)
+    assert shadow.overdue(1351.0, WINDOW)
+    assert not TracingState().overdue(1351.0, WINDOW)
