@@ -9,7 +9,6 @@ grid; so do the learner's tuned rows, by the paper's own search; the other learn
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import textwrap
 from collections import Counter
@@ -28,7 +27,7 @@ from benchmarks.repetition import (
     Repetition,
     repeat,
 )
-from benchmarks.study import RESULTS, in_processes, provenance
+from benchmarks.study import in_processes, provenance
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.cli.output import add_json_argument, emit
@@ -47,7 +46,6 @@ CONVERGED_WITHIN = 0.03
 """A learner has converged once its error stays within this part of its final error: our rule, beside the paper's."""
 MARKS = "ox+*"
 """Of the curves in the chart."""
-PUBLISHED = RESULTS / "table1.json"
 WHY = (
     "The paper's 4 % and 2 % above offline are those of one run, read where its error had converged, which is to "
     "select the iteration on the validation set: by that rule the same learner is {stopped} above offline "
@@ -79,18 +77,8 @@ def run(args: argparse.Namespace) -> int:
     words = f"--seeds {args.seeds} --first-seed {args.first_seed}" + " --quick" * args.quick
     result = summary(done) | {"measured": provenance(f"incsvr table1 {words}")}
     result["why"] = _why(result) if args.seeds > 1 else None
-    result["published"] = published() if args.quick else None  # what a single run is laid beside
     emit(args, result, text(result))
     return 0
-
-
-def published() -> dict[str, Any] | None:
-    """The rows of the last published table and how it was made; None where the project is installed without it."""
-    try:
-        result = json.loads(PUBLISHED.read_text(encoding="utf-8"))
-    except OSError:
-        return None
-    return {name: result.get(name) for name in ("seeds", "rows", "measured", "why")}
 
 
 def summary(repetitions: list[Repetition]) -> dict[str, Any]:

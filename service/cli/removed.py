@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 LOG = "`incsvr inspect LOG --plot FILE` draws a log"
 REMOVED: Mapping[tuple[str, str], str] = {
+    ("demo", "--vehicle"): "name the vehicle of --log with --log-of",
     ("view", "--repair"): "a recording that was cut off opens as it is",
     ("page", "--archive"): "the files of `incsvr serve --archive DIR` are in DIR",
     ("page", "--identify"): "use `incsvr identify LOG --report FILE.html`",

@@ -34,14 +34,14 @@ def gazebo(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]
     """
     sign = np.ones(6) if flu else TURNED
     added = body.added * np.outer(sign, sign)
-    places = [(int(a), int(b)) for a, b in np.argwhere(added)]
+    places = [(int(a), int(b)) for a, b in np.argwhere(np.triu(added))]
     remarks = [
         *vehicle_remarks(vehicle, body, lambda term: _gazebo_name(term) is not None, flu),
         "Axes are Gazebo's: ahead, to port, up. The link is called base_link here.",
         "The added mass is in <fluid_added_mass> (SDFormat 1.10, gz-sim 8, the physics engine DART), with the Coriolis "
         "forces that follow from it. The plugin's own stays switched off: it takes explicit steps, and its Coriolis "
         "forces know the diagonal alone and, by its source, push the wrong way.",
-        "Before gz-sim 8 an element <xUabsU> is called <xUU>, and <xDotU> counts positive.",
+        "Before gz-sim 8 an element <xUabsU> is called <xUU>.",
         *[f"Thrust lag of {axis}: {p.value:.4g} s; the Thruster plugin has none." for axis, p in vehicle.lags.items()],
     ]
     moments = [] if body.inertia is None else zip(("ixx", "iyy", "izz"), body.inertia.tolist(), strict=True)
@@ -51,9 +51,7 @@ def gazebo(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]
         remarks=_comment(remarks),
         body=([] if body.mass is None else _lines([("mass", body.mass)]))
         + (["  <inertia>", *(f"  {line}" for line in inertia), "  </inertia>"] if inertia else []),
-        water=[f"  {each}" for each in _lines((MASSES[a] + MASSES[b], added[a, b]) for a, b in places if a <= b)],
-        # The plugin's names are not symmetric: each entry of its matrix is read by itself.
-        own=_lines((f"{FORCES[a]}Dot{SPEEDS[b]}", -added[a, b]) for a, b in places),
+        water=[f"  {each}" for each in _lines((MASSES[a] + MASSES[b], added[a, b]) for a, b in places)],
         terms=_lines(
             (name, -p.value * _flips(term, sign))
             for term, p in vehicle.terms.items()

@@ -19,7 +19,7 @@ def test_the_logs_of_two_seeds_are_dives_of_one_vehicle(
 ) -> None:
     monkeypatch.setattr(simulator.dive_log, "LOG_DURATION_S", 20.0)
     one, two = tmp_path / "one.csv", tmp_path / "two.csv"
-    assert main(["demo", "--log", str(one), "--vehicle", "rov"]) == 0
+    assert main(["demo", "--log", str(one), "--log-of", "rov"]) == 0
     body = write_dive(two, "rov", 2)
     assert f"surge {body.mass[0, 0]:.3g}, sway {body.mass[1, 1]:.3g}" in capsys.readouterr().out
     streams, others = read(one).streams(), read(two).streams()
@@ -28,5 +28,5 @@ def test_the_logs_of_two_seeds_are_dives_of_one_vehicle(
 
 
 def test_another_vehicle_plays_no_experiment(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["demo", "--vehicle", "rov"]) == 2
+    assert main(["demo", "--log-of", "rov"]) == 2
     assert "--log FILE.csv" in capsys.readouterr().err

@@ -13,7 +13,7 @@ import zenoh
 
 from service import wire
 from service.bus.session import client_config_at, free_endpoint, open_session
-from service.commands.demo_processes import command
+from tests.service.commands.test_processes import command
 from tests.service.conftest import PATIENCE
 
 MAX_HEALTH_S = 1.0
