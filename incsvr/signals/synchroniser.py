@@ -9,9 +9,11 @@ messages are bundled, how the streams are interleaved and when `ready` is called
 Only a stream that falls further behind than the bounds below (JUMP_S for a channel, MAX_WAITING_VALUES for yaw rate and
 torque) is not waited for. The same code serves recordings, the simulator and the service.
 
-What is right where clocks are not, `incsvr.signals.clocks` says, and `incsvr.signals.filter_width` how the filter
-follows slow streams. A channel that was not configured is waited for while it comes: once it is JUMP_S behind, it
-delays nothing.
+Where the clock of yaw rate or torque goes back (`incsvr.signals.streams`), no sample is made until both clocks show the
+same time again, within JUMP_S; then samples start over at the stamp since which both clocks run. The last seconds
+before are lost, and old values are never paired with new ones. Stamps that never overlap give no sample.
+`incsvr.signals.filter_width` says how the filter follows slow streams. A channel that was not configured is waited for
+while it comes: once it is JUMP_S behind, it delays nothing.
 """
 
 from __future__ import annotations
@@ -26,16 +28,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.signals.clocks import Clocks, channel
 from incsvr.signals.holding import filters
 from incsvr.signals.samples import Samples
 from incsvr.signals.sampling import samples_at
-from incsvr.signals.settings import MAX_PAUSE_S, REQUIRED, TORQUE, WIDENING_FACTOR, YAW_RATE, SignalSettings
+from incsvr.signals.settings import (
+    MAX_CHANNELS,
+    MAX_PAUSE_S,
+    REQUIRED,
+    TORQUE,
+    WIDENING_FACTOR,
+    YAW_RATE,
+    SignalSettings,
+)
 from incsvr.signals.spikes import SpikeCount
-from incsvr.signals.streams import JUMP_S, Reading
+from incsvr.signals.streams import JUMP_S, Reading, Stream, channel, empty_streams
 from incsvr.signals.torque_takers import TakesTorque
 
-STATE_FORM = 2
+STATE_FORM = 3
 """Number of the form of what `to_dict` gives."""
 _BLOCK_SAMPLES = 4096
 """Samples that are made at once, at most: the memory stays bounded."""
@@ -53,16 +62,14 @@ class Synchroniser:
 
     def __init__(self, settings: SignalSettings, takes: TakesTorque | None = None) -> None:
         self.settings, self._takes = settings, takes
-        self._clocks = Clocks(settings)
-        self._streams = self._clocks.streams
+        self._streams = empty_streams(settings)
+        self._compared = (0.0, 0.0, 0.0)  # since when the clocks looked at last were set, and the yaw rate's lead [s]
         self._refused: Counter[str] = Counter()
         self._go_on(0)
         self._widening = 0
         self.clock_restarts = 0
-        """The number of times at which the samples' time went back with the clocks."""
+        """The number of times at which samples started over because a clock went back."""
         self._spikes = SpikeCount()
-        self.clock_switches = 0
-        """The number of times at which restarted clocks were followed."""
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -95,11 +102,11 @@ class Synchroniser:
     def newest(self, name: str) -> float | None:
         """The newest stamp of a stream's clock [s]; None before its first two messages."""
         stream = self._streams.get(name)
-        return None if stream is None or not isfinite(stream.latest.newest) else stream.latest.newest
+        return None if stream is None or not isfinite(stream.newest) else stream.newest
 
     def push_one(self, name: str, time: float, value: float) -> None:
         """Takes one message: its stamp [s] and value ([rad/s] of "yaw_rate", [N m] of "torque", or a channel's)."""
-        stream = self._clocks.of(name)
+        stream = self._stream(name)
         if stream is not None:
             stream.push(time, value)
         else:
@@ -114,7 +121,7 @@ class Synchroniser:
         stamps, values = (np.atleast_1d(np.asarray(part, dtype=np.float64)) for part in (time, value))
         if stamps.shape != values.shape or stamps.ndim != 1:
             raise BadInput(f"{name}: {stamps.size} time stamps and {values.size} values; give one stamp for each value")
-        stream = self._clocks.of(name)
+        stream = self._stream(name)
         if stream is not None:
             stream.push_many(stamps, values)
         else:
@@ -122,18 +129,13 @@ class Synchroniser:
 
     def ready(self) -> Samples:
         """All samples that became complete since the last call, in the order of their time."""
-        completed = self._completed()
-        for stream in self._streams.values():
-            if stream.next is not None:
-                break
-        else:
-            return completed
-        if not self._take_up():
-            return completed
-        return Samples.concatenate([completed, self._completed()])
+        rate, torque = self._streams[YAW_RATE], self._streams[TORQUE]
+        if (rate.began_anew or torque.began_anew) and not self._start_over(rate, torque):
+            return _NOTHING
+        return self._completed()
 
     def _completed(self) -> Samples:
-        """The samples of the clocks in force that became complete since the last call."""
+        """The samples that became complete since the last call."""
         rate, torque = self._streams[YAW_RATE].newest, self._streams[TORQUE].newest
         if (rate if rate < torque else torque) < self._due:
             return _NOTHING
@@ -150,19 +152,30 @@ class Synchroniser:
         end = ceil((settled - self.settings.reach) / self.settings.sample_period)
         return self._samples(end, settled) if end > self._next else _NOTHING
 
-    def _take_up(self) -> bool:
-        """Goes on with the clocks that began anew, where yaw rate and torque agree; True where samples may follow."""
-        period, reach = self.settings.sample_period, self.settings.reach
-        begin = self._clocks.take_up(self._next * period + reach)
-        if begin is None:
+    def _stream(self, name: str) -> Stream | None:
+        """The stream of that name; of a channel that was not declared a new one, as long as there is room."""
+        stream = self._streams.get(name)
+        if stream is not None or len(self._streams) >= MAX_CHANNELS + len(REQUIRED):
+            return stream
+        return self._streams.setdefault(name, channel(self.settings))
+
+    def _start_over(self, rate: Stream, torque: Stream) -> bool:
+        """Starts over where both clocks show the same time again; False where they do not yet."""
+        (*sinces, led), lead = self._compared, rate.newest - torque.newest
+        self._compared = (rate.since, torque.since, lead)
+        # Played faster than they are taken in, two clocks that agree overtake each other.
+        if abs(lead) > JUMP_S and not (sinces == [rate.since, torque.since] and lead * led < 0.0):
             return False
-        self.clock_switches += 1
+        begin = max(rate.since, torque.since)
+        for stream in self._streams.values():
+            if abs(stream.newest - min(rate.newest, torque.newest)) > JUMP_S and stream not in (rate, torque):
+                stream.clear()  # a channel that has still to come
+            stream.cut(begin - JUMP_S, "clocks_apart")
+            stream.began_anew = False
+        self.clock_restarts += 1
+        self._refused["clock_restarted"] += 1
         self._spikes.clock_began_anew()
-        following = ceil((begin - reach) / period)
-        if following < self._next:
-            self.clock_restarts += 1
-            self._refused["clock_restarted"] += 1
-        self._go_on(following)
+        self._go_on(ceil((begin - self.settings.reach) / self.settings.sample_period))
         if self._takes is not None:
             self._takes = self._takes.anew()
         return True
@@ -242,6 +255,7 @@ class Synchroniser:
             if name not in REQUIRED:
                 needed = min(needed - JUMP_S, stream.settled)
             stream.forget(needed)
+            stream.seen = (end - 1) * period + reach
         if takes is not None:
             takes.forget(end * period - widest)
         return Samples.concatenate(parts)

@@ -98,10 +98,10 @@ class Batches:
             else:
                 self._synchroniser.push(stream, t, value)
             self._count_turns(stream)
-            restarts = self._synchroniser.clock_switches
+            restarts = self._synchroniser.clock_restarts
             samples = self._synchroniser.ready()
-            if self._window is not None and self._synchroniser.clock_switches > restarts:
-                self._window.switch_clocks()
+            if self._window is not None and self._synchroniser.clock_restarts > restarts:
+                self._window.start_over()
             if not self.clocks_apart:
                 self._take(samples)
             elif len(samples):

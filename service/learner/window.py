@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from incsvr.numerics import Array
 from incsvr.signals import REQUIRED, SignalSettings
-from incsvr.signals.clocks import empty_streams
-from incsvr.signals.streams import MAX_WAITING_VALUES
+from incsvr.signals.streams import MAX_WAITING_VALUES, empty_streams
 
 FULL_SHARE = 0.95
 """Share of its length from which the window counts as full: the first seconds of streams rarely begin together."""
@@ -26,12 +25,11 @@ class Window:
         self._length = length
         self._streams = empty_streams(settings)
 
-    def switch_clocks(self) -> None:
-        """Goes on with the clocks that began anew, because the synchroniser does."""
-        self._streams = {name: stream.latest for name, stream in self._streams.items()}
+    def start_over(self) -> None:
+        """Keeps the values of the clocks since one of them went back, because the synchroniser starts over."""
         begin = max(self._streams[name].since for name in REQUIRED)
         for stream in self._streams.values():
-            stream.cut(begin)
+            stream.cut(begin, "clocks_apart")
 
     def push(self, name: str, time: Array, value: Array) -> None:
         """Takes (n,) stamps [s] and values of a stream; one that is not configured is left out."""

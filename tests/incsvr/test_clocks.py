@@ -11,7 +11,7 @@ import pytest
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, Synchroniser
 from incsvr.signals.samples import Samples
-from incsvr.signals.streams import BELIEVED_STAMPS, WRAP_PERIODS_S
+from incsvr.signals.streams import CONFIRMING_STAMPS
 
 SETTINGS = SignalSettings()
 RATE, TORQUE = "yaw_rate", "torque"
@@ -66,8 +66,8 @@ WRONG_STAMPS = {
     "twice the same": [1e9, 1e9],
     "two that are near": [1e9, 1e9 + 0.05],
     "the same for ever": [1e9] * 500,
-    "many that follow one another": (1e9 + 0.05 * np.arange(3 * BELIEVED_STAMPS)).tolist(),
-    "many in the past": (50.0 + 0.05 * np.arange(3 * BELIEVED_STAMPS)).tolist(),
+    "many that follow one another": (1e9 + 0.05 * np.arange(3 * CONFIRMING_STAMPS)).tolist(),
+    "many in the past": (50.0 + 0.05 * np.arange(3 * CONFIRMING_STAMPS)).tolist(),
     "here and there": [1e9, 5e8, 2e9, 7.0, 1e9, 40.0],
 }
 
@@ -127,7 +127,7 @@ def test_a_sensor_that_is_restarted_again_and_again_is_followed_in_the_end() -> 
     assert_right(vehicle.drive(60.0, rate=lambda t: t - end, torque=lambda t: t - end), 60.0)
 
 
-def test_where_both_begin_anew_no_sample_of_either_time_is_lost() -> None:
+def test_where_both_begin_anew_the_last_second_is_lost_at_most() -> None:
     vehicle = Vehicle()
     first = vehicle.drive(100.0)
     second = vehicle.drive(100.0, rate=lambda t: t - 100.0, torque=lambda t: t - 100.0)
@@ -166,19 +166,14 @@ def test_stamps_that_do_not_overlap_give_no_sample(ahead: str, offset: float) ->
     assert_right(vehicle.drive(60.0, rate=lambda t: t + 2e9, torque=lambda t: t + 2e9), 60.0)
 
 
-@pytest.mark.parametrize("wrap", WRAP_PERIODS_S)
-@pytest.mark.parametrize("streams", [(RATE,), (TORQUE,), (RATE, TORQUE)], ids="+".join)
-def test_a_counter_that_wraps_goes_on(wrap: float, streams: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("wrap", [2**32 / 1e6, 2**32 / 1e3])
+def test_a_counter_that_wraps_starts_over(wrap: float) -> None:
     begin = wrap - 100.0
     vehicle = Vehicle()
-    samples = vehicle.drive(
-        200.0,
-        rate=lambda t: (t + begin) % wrap if RATE in streams else t + begin,
-        torque=lambda t: (t + begin) % wrap if TORQUE in streams else t + begin,
-    )
+    samples = vehicle.drive(200.0, rate=lambda t: (t + begin) % wrap, torque=lambda t: (t + begin) % wrap)
     assert_right(samples, 200.0)
-    assert np.diff(samples.time).max() < 1.0
-    assert vehicle.synchroniser.rejected == {}
+    assert vehicle.synchroniser.clock_restarts == 1
+    assert vehicle.synchroniser.rejected["clock_restarted"] == 1
 
 
 @pytest.mark.parametrize(("period", "jitter"), [(0.25, 0.0), (0.25, 0.2), (0.2, 0.0), (0.2, 0.3)])

@@ -8,7 +8,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, synchronise
-from incsvr.signals.streams import BELIEVED_STAMPS, MAX_WAITING_VALUES
+from incsvr.signals.streams import CONFIRMING_STAMPS, MAX_WAITING_VALUES
 from service.learner.batches import Batches
 from service.learner.window import Window
 from simulator import leng
@@ -64,7 +64,7 @@ def test_what_the_synchroniser_refuses_is_not_in_it() -> None:
     time, value = turning(60.0)
     wrong = value.copy()
     wrong[[100, 200, 300]] = (np.nan, 7.0, np.inf)
-    window.push("yaw_rate", np.concatenate([time, time[500:600]]), np.concatenate([wrong, value[500:600]]))
+    window.push("yaw_rate", np.concatenate([time, time[500:508]]), np.concatenate([wrong, value[500:508]]))
     window.push("torque", time, 100.0 * wrong)
     held, rates = window.streams()["yaw_rate"]
     assert held.size == time.size - 3
@@ -100,7 +100,7 @@ def test_a_clock_that_begins_anew_empties_it() -> None:
         batches.push(name, time + 1000.0, value)
     assert batches.window_end() == 1000.0 + time[-1]
     for name in ("yaw_rate", "torque"):
-        batches.push(name, time[: 2 * BELIEVED_STAMPS], value[: 2 * BELIEVED_STAMPS])
+        batches.push(name, time[: 2 * CONFIRMING_STAMPS], value[: 2 * CONFIRMING_STAMPS])
     assert batches.clock_restarts == 1
     assert batches.window_end() is None
     with pytest.raises(BadInput, match="clock restarted"):
