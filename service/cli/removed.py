@@ -1,4 +1,4 @@
-"""Flags, and values of flags, that left: each is refused with one sentence that names what to do instead."""
+"""Commands, flags, and values of flags, that left: each is refused with one sentence that names what to do instead."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ REMOVED: Mapping[tuple[str, str], str] = {
     "router by Zenoh's documentation",
     ("compare", "--from-learner"): "compare the logs of the dives (`serve --archive` records them), or stored tables "
     "of dives",
+    ("incsvr", "inputs"): "use `incsvr inspect --bus`, with the same flags",
     ("export", "--link"): "replace base_link in the exported file",
     ("export", "--format uuv"): "take gazebo for gz-sim, or json and put its figures into a <hydrodynamic_model>",
     ("export", "--format python-vehicle-simulator"): "take python, and call its acceleration in the dynamics of your "
     "vehicle",
 }
-"""By command, and flag or flag and value."""
+"""By command, and flag or flag and value; by the program, and command."""
