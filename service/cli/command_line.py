@@ -71,7 +71,7 @@ COMMANDS = {
     "identify": (
         "service.commands.identify",
         "identifies a whole vehicle: all axes together, with intervals and errors on unseen dives",
-        "incsvr identify dive.csv --validate other.csv --vehicle vehicle.yaml",
+        "incsvr identify dive.csv --validate other.csv --write vehicle.yaml",
     ),
     "compare": (
         "service.commands.compare",

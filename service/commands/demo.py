@@ -128,7 +128,7 @@ def _write_dive(args: argparse.Namespace) -> int:
     text = (
         f"{args.log} is a log of five minutes of a simulated {args.vehicle}.\n"
         f"Its inertia with the water's [kg, kg m²]: {named}.\n"
-        f"Go on with incsvr identify {args.log} --vehicle vehicle.yaml"
+        f"Go on with incsvr identify {args.log} --write vehicle.yaml"
     )
     emit(args, {"log": str(args.log), "vehicle": args.vehicle, "inertia": inertia, "seed": args.seed}, text)
     return 0

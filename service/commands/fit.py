@@ -17,7 +17,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit
-from service.commands import config_output, fit_written, other_velocities
+from service.commands import config_output, fit_written, log_configuration, other_velocities
 from service.commands.arguments import POLICIES, POLICY_HELP, add_recordings_arguments, add_report_argument
 from service.commands.declaration import add_sign_argument, judge_declaration
 from service.commands.fit_alternatives import SMOOTHING, TORQUE_KIND
@@ -54,6 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="velocities that damping is learned over, the axis's own first, such as yaw_rate,surge (default: its own)",
     )
     parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.MASS_MATRIX_HELP)
+    log_configuration.add_arguments(parser)
     parser.add_argument(
         "--effects", type=Path, metavar="FILE", help="effects of a result of `incsvr trace --json FILE`"
     )
@@ -109,6 +110,7 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
         over = {"learner": {"inputs": args.inputs.split(",")}}
         over |= {} if args.axis is None else {"vehicle": {"axis": args.axis}}
         config = validate(merge(config.model_dump(exclude_unset=True), over), {})
+    config = log_configuration.with_flags(config, args)
     reading = Reading.of(args, config)
     axis = reading.axis
     fit_written.check(args, goes_on, axis.name)
@@ -120,9 +122,8 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     """The result of a fit, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
     refuse_twice([*runs, *unseen])
-    of_file = config if args.config or (args.write is not None and args.write.is_file()) else None
-    coupled = other_velocities.coupled_axis(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
-    inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
+    coupled = other_velocities.coupled_axis(args.mass_matrix, config, reading.axis, [*runs, *unseen])
+    inertia, estimate = declared_inertia.inertia(args.inertia, config, runs, args.torque, coupled)
     inertia = inertia if estimate is None else float(f"{inertia:.5g}")  # as it is written down
     declaration = None
     if coupled is None and args.effects is None:

@@ -21,7 +21,7 @@ from service.commands.other_velocities import MASS_MATRIX_HELP
 from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.sources import read as read_config
 from service.config.vehicle_entries import is_name
-from service.config.vehicle_file import MARK, write_vehicle
+from service.config.vehicle_file import MARK, read_values, write_vehicle
 from service.number import number_of
 from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import refuse_implausible, refuse_twice
@@ -44,8 +44,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--name", default="vehicle", metavar="NAME", help="name of the vehicle (default vehicle)")
     parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
     parser.add_argument(
-        "--vehicle", "--write", dest="write", type=Path, metavar="FILE", help="file for the vehicle model (YAML)"
+        "--vehicle", type=Path, metavar="FILE", help="declare the known entries of the mass matrix of this vehicle file"
     )
+    parser.add_argument("--write", type=Path, metavar="FILE", help="file for the vehicle model (YAML)")
     add_report_argument(parser)
     add_log_arguments(parser, config=True, axis=False)
     add_json_argument(parser)
@@ -69,11 +70,13 @@ Began = Callable[[str, int], None]
 
 
 def answer(args: argparse.Namespace, began: Began = lambda step, count: None) -> tuple[Identified, tuple[str, ...]]:
-    """The identified model, written to `--vehicle`, and the notes of the readers."""
+    """The identified model, written to `--write`, and the notes of the readers."""
     if args.write is not None:
-        refuse_replacing(args.write, MARK, "--vehicle")
+        refuse_replacing(args.write, MARK, "--write")
     if not is_name(args.name):
         raise BadInput("--name: give the vehicle a name of one line")
+    given = {} if args.vehicle is None else declared_by_file(args.vehicle)
+    given |= declared(args.mass_matrix)
     reading = Reading.of(args, read_config(args.config))
     runs, unseen = read_body(reading, args.recordings), read_body(reading.whole, args.validate)
     refuse_twice([*runs, *unseen])
@@ -83,7 +86,8 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
     test = on_grid([run.body_streams() for run in unseen], motion.step) if unseen else None
     if test is not None:
         _refuse_other_axes(motion, test, unseen)
-    notes = tuple(dict.fromkeys(note for run in (*runs, *unseen) for note in run.notes))
+    of_file = [f"the mass matrix of {args.vehicle} is declared, not estimated"] if args.vehicle is not None else []
+    notes = tuple(dict.fromkeys((*of_file, *(note for run in (*runs, *unseen) for note in run.notes))))
     count = STEPS + len(motion.axes)
     with progress("identifying", count) as advance:
 
@@ -91,11 +95,11 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
             began(step, count)
             advance(step)
 
-        found = identify(motion, test, declared(args.mass_matrix), args.name, begins=begins)
+        found = identify(motion, test, given, args.name, begins=begins)
     refuse_stuck(runs, found.vehicle)
     refuse_runaway(motion, found.vehicle)
     if args.write is not None:
-        with writing(args.write, "--vehicle"):
+        with writing(args.write, "--write"):
             write_vehicle(args.write, found.vehicle)
     return found, notes
 
@@ -121,6 +125,20 @@ def declared(given: str | None) -> dict[tuple[str, str], float]:
         found |= {
             (names[row], names[column]): float(matrix[row, column]) for row in range(6) for column in range(row + 1, 6)
         }
+    return found
+
+
+def declared_by_file(path: Path) -> dict[tuple[str, str], float]:
+    """The entries of M in a vehicle file, without those that it says are unknown.
+
+    Raises:
+        BadInput: it is no vehicle file.
+    """
+    found = {}
+    for pair, entry in read_values(path)["mass_matrix"].items():
+        if entry.get("origin") in (None, "estimated", "declared"):
+            row, column = sorted(pair.split(","), key=list(AXES).index)
+            found[row, column] = float(entry["value"])
     return found
 
 

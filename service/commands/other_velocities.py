@@ -102,31 +102,29 @@ class OtherVelocities:
 NO_OTHER_VELOCITIES = OtherVelocities(None, {}, ())
 
 
-def coupled_axis(
-    text: str | None, config: Config | None, axis: Axis, recordings: Sequence[Recording]
-) -> Coupled | None:
+def coupled_axis(text: str | None, config: Config, axis: Axis, recordings: Sequence[Recording]) -> Coupled | None:
     """The axis in its body, with the velocities and angles that all recordings hold; None where none is declared.
 
     Args:
         text: of --mass-matrix; it comes before what is configured.
-        config: of a file; None where there is none.
+        config: whose mass matrix and weight are used.
         axis: whose equation it is.
         recordings: all that are read.
 
     Raises:
         BadInput: it is no mass matrix, or has nothing for this axis.
     """
-    vehicle = None if config is None else config.vehicle
-    mass, said = None if vehicle is None else vehicle.mass_matrix, "vehicle.mass_matrix"
+    vehicle = config.vehicle
+    mass, said = vehicle.mass_matrix, "vehicle.mass_matrix"
     if text is not None:
         mass, said = _entries(text), f"--mass-matrix {text}"
-    weights = None if vehicle is None else vehicle.restoring
-    if mass is None and (vehicle is None or weights is None):
+    weights = vehicle.restoring
+    if mass is None and weights is None:
         return None
     own = list(AXES).index(axis.name)
-    if mass is None and vehicle is not None:
+    if mass is None:
         mass = tuple(vehicle.inertia if place == own else 0.0 for place in range(len(AXES)))
-    matrix = mass_matrix(mass or ())
+    matrix = mass_matrix(mass)
     if matrix[own, own] <= 0.0:
         raise BadInput(f"{said}: it has {matrix[own, own]:g} for {axis.name}; give a number above 0")
     common = set.intersection(*(set(_sampled(each, each.velocities)) for each in recordings))

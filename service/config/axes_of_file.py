@@ -95,6 +95,19 @@ class FileContent:
         return self.terms.get(axis, {}).get(name, 0.0)
 
 
+def body_of_file(path: Path, axis: str) -> dict[str, Any]:
+    """The values of the section `vehicle` that a vehicle file declares: mass matrix, weight and centre of gravity.
+
+    Raises:
+        BadInput: it is no vehicle file, or has no inertia of this axis.
+    """
+    vehicle = FileContent.read(path)
+    if not vehicle.inertia(axis) > 0.0:
+        raise BadInput(f"{path}: it has no inertia of {axis}, but of {', '.join(vehicle.axes)}; choose one with --axis")
+    weights = {name: value for name, value in _weights(vehicle, axis).items() if value is not None}
+    return {"mass_matrix": vehicle.mass.ravel().tolist(), **weights}
+
+
 def with_axes_of_file(values: Mapping[str, Any]) -> dict[str, Any]:
     """The values of a configuration, with a learner for each axis of its `vehicle.file`, if it names one.
 

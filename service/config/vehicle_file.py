@@ -56,18 +56,18 @@ def read_values(path: Path) -> Mapping[str, Any]:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --vehicle FILE` writes one")
+            raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise BadInput(f"{path}: there is no such file; `incsvr identify LOG --vehicle {path}` writes one") from None
+        raise BadInput(f"{path}: there is no such file; `incsvr identify LOG --write {path}` writes one") from None
     except (OSError, UnicodeDecodeError):
-        raise BadInput(f"{path}: cannot be read as text; give a file that `incsvr identify --vehicle` wrote") from None
+        raise BadInput(f"{path}: cannot be read as text; give a file that `incsvr identify --write` wrote") from None
     values = parse(text, str(path)).value
     form = values.get("vehicle_file") if isinstance(values, dict) else None
     if type(form) is int and form > 1:
         raise BadInput(f"{path}: its form, vehicle_file: {form}, is newer than 1, which is read here; update incsvr")
     if not isinstance(values, dict) or type(form) is not int or form != 1:
-        raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --vehicle FILE` writes one")
+        raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
     try:
         check_entries(values)
     except BadInput as error:

@@ -76,7 +76,7 @@ def test_digits_with_an_underscore_are_no_number_on_the_bus(monkeypatch: pytest.
         ["fit", "dive.csv", "--inertia", "3", "--inertia", "4"],
         ["fit", "dive.csv", "--inertia", "3", "--validate", "a.csv", "--validate", "b.csv"],
         ["fit", "dive.csv", "--inertia", "3", "--iner", "4"],
-        ["identify", "dive.csv", "--vehicle", "a.yaml", "--write", "b.yaml"],
+        ["identify", "dive.csv", "--write", "a.yaml", "--write", "b.yaml"],
         ["replay", "dive.csv", "--patient", "--patient"],
         ["config", "show", "--set", "vehicle.name=a", "--set", "vehicle.name=b"],
         ["fit", "dive.csv", "--inertia", "3", "--column", "yaw_rate=a", "--column", "yaw_rate=torque"],

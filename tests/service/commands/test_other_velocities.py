@@ -100,7 +100,7 @@ def test_a_trace_looks_at_what_the_body_leaves_of_the_force(
 
 def test_live_tracing_looks_at_the_same(files: list[str]) -> None:
     run = of_axis(vehicle(900_300), AXES["sway"])
-    body = coupled_axis(MATRIX, None, run.axis, [run])
+    body = coupled_axis(MATRIX, read(), run.axis, [run])
     assert body is not None
     smoothing = signals_for([run], MASS, 20.0).smoothing
     job = {
