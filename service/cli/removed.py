@@ -14,6 +14,14 @@ REMOVED: Mapping[tuple[str, str], str] = {
     "router by Zenoh's documentation",
     ("compare", "--from-learner"): "compare the logs of the dives (`serve --archive` records them), or stored tables "
     "of dives",
+    **{(name, "--torque"): "give --set signals.torque=commanded or measured" for name in ("fit", "trace")},
+    **{
+        (name, "--mass-matrix"): "give --set vehicle.mass_matrix=M, or --vehicle FILE of `incsvr identify --write`"
+        for name in ("fit", "trace", "identify")
+    },
+    ("compare", "--mass-matrix"): "give --set vehicle.mass_matrix=M",
+    ("fit", "--smoothing"): "give --set signals.smoothing=S",
+    ("fit", "--inputs"): "give --set learner.inputs=NAMES",
     ("incsvr", "inputs"): "use `incsvr inspect --bus`, with the same flags",
     ("export", "--link"): "replace base_link in the exported file",
     ("export", "--format uuv"): "take gazebo for gz-sim, or json and put its figures into a <hydrodynamic_model>",

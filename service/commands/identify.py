@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
@@ -14,11 +15,12 @@ from incsvr.vehicle import Identified, WholeMotion, identify, on_grid
 from incsvr.vehicle.identify import STEPS
 from service.cli.output import add_json_argument, emit, refuse_replacing, writing
 from service.cli.progress import progress
+from service.commands import log_configuration
 from service.commands.arguments import add_report_argument
 from service.commands.identify_refusals import refuse_runaway, refuse_stuck
 from service.commands.identify_text import text
-from service.commands.other_velocities import MASS_MATRIX_HELP
 from service.commands.report_head import REPORT_WRITER, provenance
+from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.vehicle_entries import is_name
 from service.config.vehicle_file import MARK, read_values, write_vehicle
@@ -27,6 +29,10 @@ from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import refuse_implausible, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
+from service.wire.section import entries_of
+
+TAKES = ("inputs", "vehicle.mass_matrix")
+"""The values of the configuration that `identify` and `compare` use."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,10 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="further dives, used for the errors alone",
     )
     parser.add_argument("--name", default="vehicle", metavar="NAME", help="name of the vehicle (default vehicle)")
-    parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
-    parser.add_argument(
-        "--vehicle", type=Path, metavar="FILE", help="declare the known entries of the mass matrix of this vehicle file"
-    )
+    log_configuration.add_arguments(parser, TAKES, "declare the known entries of the mass matrix of this vehicle file")
     parser.add_argument("--write", type=Path, metavar="FILE", help="file for the vehicle model (YAML)")
     add_report_argument(parser)
     add_log_arguments(parser, config=True, axis=False)
@@ -76,8 +79,9 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
     if not is_name(args.name):
         raise BadInput("--name: give the vehicle a name of one line")
     given = {} if args.vehicle is None else declared_by_file(args.vehicle)
-    given |= declared(args.mass_matrix)
-    reading = Reading.of(args, read_config(args.config))
+    config, masses = configured(args)
+    given |= masses
+    reading = Reading.of(args, config)
     runs, unseen = read_body(reading, args.recordings), read_body(reading.whole, args.validate)
     refuse_twice([*runs, *unseen])
     for run in (*runs, *unseen):
@@ -104,19 +108,29 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
     return found, notes
 
 
-def declared(given: str | None) -> dict[tuple[str, str], float]:
-    """The entries of M that `--mass-matrix` declares; of six numbers, a zero leaves the entry to be estimated.
+def configured(args: argparse.Namespace) -> tuple[Config, dict[tuple[str, str], float]]:
+    """The configuration, whose inputs say what is in the logs, and the entries of M that `--set` declares.
+
+    Raises:
+        BadInput: naming the flag, and what is allowed there.
+    """
+    flags, origin = log_configuration.values_set(args)
+    mass = flags.pop("vehicle", {}).get("mass_matrix")
+    return read_config(args.config, flags, origin), {} if mass is None else declared(mass)
+
+
+def declared(given: Any) -> dict[tuple[str, str], float]:
+    """The entries of M in a value of `vehicle.mass_matrix`; of six numbers, a zero leaves the entry to be estimated.
 
     Raises:
         BadInput: the entries are no numbers, or of no body.
     """
-    if given is None:
-        return {}
+    found = entries_of(given)
     try:
-        entries = [number_of(entry) for entry in given.split(",")]
+        entries = [number_of(str(each)) for each in (found if isinstance(found, list) else [found])]
     except ValueError:
         raise BadInput(
-            f"--mass-matrix {given}: give six numbers from surge to yaw, or 36, with commas between"
+            f"--set vehicle.mass_matrix={given}: give six numbers from surge to yaw, or 36, with commas between"
         ) from None
     matrix = mass_matrix(entries)
     names = list(AXES)

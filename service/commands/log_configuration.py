@@ -1,22 +1,41 @@
-"""The configuration of a command over logs: that of `--config`, and over it the body of a vehicle file."""
+"""The configuration of a command over logs: that of `--config`, and over it what `--vehicle` and `--set` declare."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Collection, Mapping
 from pathlib import Path
+from typing import Any
 
+from incsvr.errors import BadInput
+from incsvr.signals.settings import TorqueKind
+from service.cli.parser import one_of
 from service.config.axes_of_file import body_of_file
 from service.config.configuration import Config, merge, validate
+from service.config.sources import add_set_argument, set_values
+
+VEHICLE_HELP = "use the mass matrix of this vehicle file (`incsvr identify --write`) and, where it has one, its weight"
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds `--vehicle`."""
-    parser.add_argument(
-        "--vehicle",
-        type=Path,
-        metavar="FILE",
-        help="use the mass matrix of this vehicle file (`incsvr identify --write`) and, where it has one, its weight",
-    )
+def add_arguments(parser: argparse.ArgumentParser, takes: Collection[str], vehicle: str = "") -> None:
+    """Adds `--set` for the values `takes` of the configuration, and `--vehicle` where there is a help for it."""
+    if vehicle:
+        parser.add_argument("--vehicle", type=Path, metavar="FILE", help=vehicle)
+    add_set_argument(parser, f"one value of the configuration, over --config: of {one_of(tuple(takes))}")
+    parser.set_defaults(takes=tuple(takes))
+
+
+def values_set(args: argparse.Namespace) -> tuple[dict[str, Any], dict[tuple[str, ...], str]]:
+    """The values of `--set`, nested, and the flag that each came from.
+
+    Raises:
+        BadInput: the command does not use one of them.
+    """
+    flags, origin = set_values(args.set)
+    for place, flag in origin.items():
+        if not any(place[: name.count(".") + 1] == tuple(name.split(".")) for name in args.takes):
+            raise BadInput(f"{flag}: this command uses values of {one_of(args.takes)} alone; leave it out")
+    return flags, origin
 
 
 def with_flags(config: Config, args: argparse.Namespace) -> Config:
@@ -25,9 +44,28 @@ def with_flags(config: Config, args: argparse.Namespace) -> Config:
     Raises:
         BadInput: naming the flag, and what is allowed there.
     """
-    if args.vehicle is None:
+    flags, origin = values_set(args)
+    axis = args.axis or flags.get("vehicle", {}).get("axis") or config.vehicle.axis
+    if args.vehicle is not None:
+        flags = merge({"vehicle": body_of_file(args.vehicle, axis)}, flags)
+    if not flags:
         return config
-    axis = args.axis or config.vehicle.axis
     base = config.model_dump(exclude_unset=True)
-    base.setdefault("vehicle", {}).pop("inertia", None)  # the mass matrix says it
-    return validate(merge(base, {"vehicle": {"axis": axis, **body_of_file(args.vehicle, axis)}}), {})
+    vehicle, signals = (base.setdefault(name, {}) for name in ("vehicle", "signals"))
+    if flags.get("vehicle", {}).get("mass_matrix") is not None:
+        vehicle.pop("inertia", None)  # the mass matrix says it
+    width = flags.get("signals", {}).get("smoothing")
+    if isinstance(width, int | float) and signals.get("gap") is not None:
+        signals["gap"] = min(signals["gap"], 2.0 * width)  # a narrower filter bridges no longer pauses than it may
+    return validate(merge(base, merge(flags, {"vehicle": {"axis": axis}})), origin)
+
+
+def torque_set(config: Config, args: argparse.Namespace) -> TorqueKind | None:
+    """What the torque is, where `--set signals.torque` says it."""
+    return config.signals.torque if "torque" in names_set(args, "signals") else None
+
+
+def names_set(args: argparse.Namespace, section: str) -> frozenset[str]:
+    """The names of a section that `--set` sets."""
+    found = set_values(args.set)[0].get(section, {})
+    return frozenset(found) if isinstance(found, Mapping) else frozenset()

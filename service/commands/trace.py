@@ -44,13 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "unseen recordings, used for validation alone",
         "declared I [kg m²], or estimate; else vehicle.inertia of --config",
     )
-    parser.add_argument(
-        "--torque",
-        choices=("commanded", "measured"),
-        help="whether the torque is a command, or a measurement with its own noise (default: inferred from the data)",
-    )
-    parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.MASS_MATRIX_HELP)
-    log_configuration.add_arguments(parser)
+    log_configuration.add_arguments(parser, ("vehicle", "inputs", "signals.torque"), log_configuration.VEHICLE_HELP)
     add_report_argument(parser)
     parser.add_argument(
         "--manoeuvre",
@@ -99,12 +93,13 @@ def _traced(
     runs = reading.of_all(args.recordings)
     recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     refuse_twice(recordings)
-    coupled = other_velocities.coupled_axis(args.mass_matrix, config, reading.axis, recordings)
-    inertia, estimate = declared_inertia.inertia(args.inertia, config, recordings[:fitted], args.torque, coupled)
+    torque = log_configuration.torque_set(config, args)
+    coupled = other_velocities.coupled_axis(config, reading.axis, recordings)
+    inertia, estimate = declared_inertia.inertia(args.inertia, config, recordings[:fitted], torque, coupled)
     parts, others = dict[str, Array](), other_velocities.NO_OTHER_VELOCITIES
     if coupled is not None:
         recordings, parts, others = other_velocities.freed_recordings(coupled, recordings)
-    asked = (inertia, args.torque, reading.rate_limit, args.assume_sign)
+    asked = (inertia, torque, reading.rate_limit, args.assume_sign)
     found = trace_recordings(recordings[:fitted], recordings[fitted:], *asked)
     after = after_steps(found, recordings[:fitted], lambda part: trace_recordings(part, [], *asked))
     if estimate is not None:

@@ -11,7 +11,7 @@ from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.settings import TorqueKind
 from service.security.endpoint import listens_everywhere
-from service.wire.section import Endpoint, Name, Positive, Seconds, Section
+from service.wire.section import Endpoint, Name, Names, Positive, Seconds, Section
 
 
 class Bus(Section):
@@ -79,7 +79,7 @@ class Learner(Section):
     near_rate: float = Field(default=0.01, gt=0.0, le=10.0, description="a of the inclusion criterion [rad/s]")
     near_damping: float = Field(default=5.0, gt=0.0, le=1e6, description="b of the inclusion criterion [N m]")
     bins: int = Field(default=20, ge=1, le=1000, description="bins of the forgetting criterion")
-    inputs: tuple[Name, ...] = Field(
+    inputs: Names = Field(
         default=("yaw_rate",),
         min_length=1,
         max_length=6,

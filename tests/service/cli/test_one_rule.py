@@ -26,10 +26,10 @@ from service.learner.damping_query import parse_numbers
 RECORDING = "t,yaw_rate,torque\n0,0.1,1\n1,0.1,350_0\n"
 COMMANDS = [
     ["fit", "dive.csv", "--inertia", "350_0"],
-    ["fit", "dive.csv", "--inertia", "1", "--smoothing", "0_1"],
+    ["fit", "dive.csv", "--inertia", "1", "--set", "signals.smoothing=0_1"],
     ["fit", "dive.csv", "--inertia", "1", "--from", "1_0"],
     ["trace", "dive.csv", "--inertia", "350_0"],
-    ["identify", "dive.csv", "--mass-matrix", "1_0,1,1,1,1,1"],
+    ["identify", "dive.csv", "--set", "vehicle.mass_matrix=1_0,1,1,1,1,1"],
     ["fit", "dive.csv", "--inertia", "350"],
     ["query", "0_1"],
     ["query", "0.1", "--wait", "1_0"],

@@ -177,8 +177,9 @@ def test_it_is_a_call_in_python(dives: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["--mass-matrix", "a,b"], "six numbers from surge to yaw"),
-        (["--mass-matrix", "nan,0,0,0,0,1"], "an entry that is no finite number"),
+        (["--set", "vehicle.mass_matrix=a,b"], "six numbers from surge to yaw"),
+        (["--set", "vehicle.mass_matrix=nan,0,0,0,0,1"], "an entry that is no finite number"),
+        (["--set", "signals.smoothing=0.1"], "this command uses values of inputs or vehicle.mass_matrix alone"),
         (["--name", "a\nb"], "a name of one line"),
         (["--write", "no/such/folder.yaml"], "name a file in a folder that is there with --write"),
         (["--vehicle", "none.yaml"], "no such file; `incsvr identify LOG --write none.yaml` writes one"),
