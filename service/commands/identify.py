@@ -90,7 +90,7 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
     test = on_grid([run.body_streams() for run in unseen], motion.step) if unseen else None
     if test is not None:
         _refuse_other_axes(motion, test, unseen)
-    of_file = [f"the mass matrix of {args.vehicle} is declared, not estimated"] if args.vehicle is not None else []
+    of_file = [f"known inertias of {args.vehicle} are declared, not estimated"] if args.vehicle is not None else []
     notes = tuple(dict.fromkeys((*of_file, *(note for run in (*runs, *unseen) for note in run.notes))))
     count = STEPS + len(motion.axes)
     with progress("identifying", count) as advance:

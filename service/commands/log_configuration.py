@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,10 @@ def values_set(args: argparse.Namespace) -> tuple[dict[str, Any], dict[tuple[str
     for place, flag in origin.items():
         if not any(place[: name.count(".") + 1] == tuple(name.split(".")) for name in args.takes):
             raise BadInput(f"{flag}: this command uses values of {one_of(args.takes)} alone; leave it out")
+        if len(place) == 1:
+            raise BadInput(f"{flag}: name one value of the section, as `incsvr config show` lists them")
+        if place == ("vehicle", "axis"):
+            raise BadInput(f"{flag}: give the axis by --axis")
     return flags, origin
 
 
@@ -45,7 +49,7 @@ def with_flags(config: Config, args: argparse.Namespace) -> Config:
         BadInput: naming the flag, and what is allowed there.
     """
     flags, origin = values_set(args)
-    axis = args.axis or flags.get("vehicle", {}).get("axis") or config.vehicle.axis
+    axis = args.axis or config.vehicle.axis
     if args.vehicle is not None:
         flags = merge({"vehicle": body_of_file(args.vehicle, axis)}, flags)
     if not flags:
@@ -67,5 +71,4 @@ def torque_set(config: Config, args: argparse.Namespace) -> TorqueKind | None:
 
 def names_set(args: argparse.Namespace, section: str) -> frozenset[str]:
     """The names of a section that `--set` sets."""
-    found = set_values(args.set)[0].get(section, {})
-    return frozenset(found) if isinstance(found, Mapping) else frozenset()
+    return frozenset(set_values(args.set)[0].get(section, {}))

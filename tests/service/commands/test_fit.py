@@ -236,9 +236,14 @@ def test_values_that_are_set_are_in_force_over_scaled_and_configured_ones(
         assert (found["learner"]["C"], found["learner"]["rate_range"]) == (77.0, [-0.3, 0.2])
         assert found["signals"]["smoothing"] == 0.15
         assert found["signals"]["gap"] <= 0.3, "a narrower filter bridges no longer pauses than it may"
-    assert main(["fit", str(recorded["T1"]), "--inertia", "350", "--set", "bus.listen=tcp/x:1"]) == 2
-    said = capsys.readouterr().err
-    assert "--set bus.listen: this command uses values of vehicle, signals, learner or inputs alone" in said
+    for text, why in {
+        "bus.listen=tcp/x:1": "--set bus.listen: this command uses values of vehicle, signals, learner or inputs alone",
+        "vehicle=3": "--set vehicle: name one value of the section",
+        "vehicle.axis=sway": "give the axis by --axis",
+        "vehicle.mass=3": "there is no vehicle.mass;",
+    }.items():
+        assert main(["fit", str(recorded["T1"]), "--inertia", "350", "--set", text]) == 2
+        assert why in capsys.readouterr().err
 
 
 @pytest.mark.slow
