@@ -85,8 +85,8 @@ def fit(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Fit:
     Args:
         recordings: logs to learn from, files or what `read` returned, one run each.
         validate: unseen runs, for the errors.
-        flags: those of the command, by name: `inertia` (a number [kg m²], or "estimate"), `torque`, `config`, `policy`,
-            `effects`, `write`, …
+        flags: those of the command, by name: `inertia` (a number [kg m²], or "estimate"), `vehicle`, `config`,
+            `policy`, `effects`, `write`, …; `set` is a mapping, such as {"signals.torque": "commanded"}.
 
     Raises:
         BadInput: where the recordings, or a flag, cannot be used; one sentence with the cure.
@@ -100,7 +100,7 @@ def trace(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
 
     Args:
         recordings, validate: runs to fit, and unseen recordings, used for validation alone.
-        flags: those of the command, by name: `inertia`, `torque`, `mass_matrix`, `manoeuvre`, …
+        flags: those of the command, by name: `inertia`, `vehicle`, `set`, `manoeuvre`, …
 
     Raises:
         BadInput: where the recordings, or a flag, cannot be used; one sentence with the cure.
@@ -114,7 +114,7 @@ def identify(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
 
     Args:
         recordings, validate: dives to fit, and dives for the errors alone.
-        flags: those of the command, by name: `name`, `mass_matrix`, `write`, …
+        flags: those of the command, by name: `name`, `vehicle`, `set`, `write`, …
 
     Raises:
         BadInput: where the recordings, or a flag, cannot be used; one sentence with the cure.
@@ -128,7 +128,7 @@ def compare(dives: Logs, **flags: Any) -> Result:
 
     Args:
         dives: two or more, in their order.
-        flags: those of the command, by name: `mass_matrix`, `table`, `column`, …
+        flags: those of the command, by name: `set`, `table`, `column`, …
 
     Raises:
         BadInput: where the dives, or a flag, cannot be used; one sentence with the cure.

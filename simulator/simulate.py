@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--vehicle",
         metavar="FILE",
         type=Path,
-        help="play the vehicle of this vehicle file (`incsvr identify --vehicle`)",
+        help="play the vehicle of this vehicle file (`incsvr identify --write`)",
     )
     parser.add_argument(
         "--commands",

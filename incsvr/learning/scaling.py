@@ -14,7 +14,7 @@ def scaled_to(fastest: float, damping: float, /, **chosen: object) -> Settings:
     Args:
         fastest: the largest velocity [rad/s], [m/s].
         damping: the largest damping [N m], [N].
-        chosen: further settings.
+        chosen: settings that are not scaled.
     """
     rate, torque, paper = fastest / PAPER_RATE, damping / PAPER_TORQUE, Settings()
     scaled = {
@@ -25,4 +25,4 @@ def scaled_to(fastest: float, damping: float, /, **chosen: object) -> Settings:
         "near_damping": paper.near_damping * torque,
         "rate_range": (paper.rate_range[0] * rate, paper.rate_range[1] * rate),
     }
-    return Settings(**scaled, **chosen)  # type: ignore[arg-type]
+    return Settings(**{**scaled, **chosen})  # type: ignore[arg-type]

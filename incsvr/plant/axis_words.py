@@ -14,5 +14,5 @@ def in_words_of(axis: Axis, text: str) -> str:
     """The sentence with the axis's velocity, force and unit in the place of yaw's."""
     words = words_of(axis)
     text = text.replace(YAW_WORDS.rate, words.rate).replace(YAW_WORDS.rate_unit, words.rate_unit)
-    # with the space before it: signals.torque and --torque are settings
+    # with the space before it: signals.torque is a setting
     return text.replace(f" {YAW_WORDS.effort}", f" {words.effort}")

@@ -63,7 +63,7 @@ class SlowTorque:
 
     def on_a_bus(self, asks: bool, words: AxisWords = YAW_WORDS) -> str:
         """The sentence with the cure, for who sends; `asks` where the vehicle can be asked from here."""
-        cure = f": `incsvr inputs --ask {self.hertz}` asks the vehicle for it" if asks else ""
+        cure = f": `incsvr inspect --bus --ask {self.hertz}` asks the vehicle for it" if asks else ""
         return f"{self.fault(words)}; send it at {self.hertz} Hz or more{cure}"
 
 

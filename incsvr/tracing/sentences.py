@@ -113,7 +113,7 @@ def of_loop(loop: Loop, words: AxisWords) -> tuple[str, ...]:
     return (
         f"the {words.effort} responds to the rate, but this log's gyro does not predict the {words.effort}: the "
         f"controller reads another gyro, or the {words.effort} is measured; no effect was sought, because each might "
-        "be false; log the controller's own gyro, or give --torque measured",
+        "be false; log the controller's own gyro, or give --set signals.torque=measured",
     )
 
 

@@ -20,13 +20,14 @@ def manoeuvres(vehicle: Vehicle) -> tuple[str, ...]:
             found.append(
                 f"the recordings do not determine {what}: its value, {parameter.value:.4g} {mass_unit(one, other)}, is "
                 f"the bound of the search (bound reached); {steps}, faster than the vehicle settles, and record the "
-                "velocities along all axes that move, or declare it with --mass-matrix"
+                "velocities along all axes that move, or declare it with --set vehicle.mass_matrix=…"
             )
         elif parameter.origin == UNKNOWN:
             found.append(f"{what} is not excited: {steps}, faster than the vehicle settles")
         elif parameter.origin == ASSUMED:
             found.append(
-                f"the {one} inertia is assumed, because no effort acts along {one}: declare it with --mass-matrix"
+                f"the {one} inertia is assumed, because no effort acts along {one}: declare it with "
+                "--set vehicle.mass_matrix=…"
             )
     for term, parameter in vehicle.terms.items():
         if parameter.origin != UNKNOWN:

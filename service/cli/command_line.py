@@ -43,15 +43,9 @@ COMMANDS = {
         "shows which inputs arrive, what is learned and, if learning stopped, why; exit status 0 if health is OK",
         "incsvr status --json -",
     ),
-    "watch": ("service.commands.watch", "shows the status live, and one line per iteration", "incsvr watch"),
-    "inputs": (
-        "service.commands.inputs",
-        "lists what arrives on a vehicle's bus, how often, and whether it is plausible",
-        "incsvr inputs --set inputs.preset=blueos",
-    ),
     "inspect": (
         "service.commands.inspect",
-        "lists the contents of a log of any format, and what would be learned from it",
+        "lists the contents of a log of any format and what would be learned from it, or what arrives on the bus",
         "incsvr inspect dive.BIN --topic RCOU",
     ),
     "convert": (
@@ -77,7 +71,7 @@ COMMANDS = {
     "identify": (
         "service.commands.identify",
         "identifies a whole vehicle: all axes together, with intervals and errors on unseen dives",
-        "incsvr identify dive.csv --validate other.csv --vehicle vehicle.yaml",
+        "incsvr identify dive.csv --validate other.csv --write vehicle.yaml",
     ),
     "compare": (
         "service.commands.compare",
@@ -126,6 +120,8 @@ COMMANDS = {
     ),
 }
 """The module of each command, what it does, and an example."""
+ALIASES = {"watch": ["status", "--follow"]}
+"""Earlier names of commands, for one release."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -135,6 +131,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(words: list[str]) -> int:
+    if words and words[0] in ALIASES:
+        named = ALIASES[words[0]]
+        print(f"incsvr {words[0]}: use `incsvr {' '.join(named)}`; the next release has no {words[0]}", file=sys.stderr)
+        words = [*named, *words[1:]]
     chosen = words[0] if words and words[0] in COMMANDS else None
     if chosen == "serve":
         # Read by NumPy when it is loaded: on matrices of the learner's size further threads only cost.

@@ -1,4 +1,4 @@
-"""One screen, 80 columns wide, of what a learner hears, what it makes of it and why not; for `status` and `watch`."""
+"""One screen, 80 columns wide, of what a learner hears, what it makes of it and why not; for `status`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The lines that report a learner's events, in the log of `incsvr serve` and in `incsvr watch` alike."""
+"""The lines that report a learner's events, in the log of `incsvr serve` and in `incsvr status --follow` alike."""
 
 from __future__ import annotations
 

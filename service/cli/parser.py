@@ -100,7 +100,7 @@ class Parser(argparse.ArgumentParser):
         where = where.rpartition("/")[2]
         if found := re.fullmatch(r"invalid choice: '?(.*?)'?[ ,].*\(choose from (.*)\)", what):
             choices = [choice.strip(" '") for choice in found[2].split(",")]
-            if sentence := self._removed(f"{where} {found[1]}"):
+            if sentence := self._removed(f"{where} {found[1]}".removeprefix("COMMAND ")):
                 return sentence
             if where in ("COMMAND", "ACTION"):
                 return f"there is no command {found[1]}{meant(found[1], choices) or self._all}"

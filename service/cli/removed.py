@@ -1,4 +1,4 @@
-"""Flags, and values of flags, that left: each is refused with one sentence that names what to do instead."""
+"""Commands, flags, and values of flags, that left: each is refused with one sentence that names what to do instead."""
 
 from __future__ import annotations
 
@@ -17,9 +17,18 @@ REMOVED: Mapping[tuple[str, str], str] = {
     "of dives",
     ("trace", "--manoeuvre"): "`next_manoeuvre` says what a log must show; write the efforts of a drive yourself, as a "
     "CSV file with the columns t and torque, and `incsvr simulate --torque FILE.csv` plays it",
+    **{(name, "--torque"): "give --set signals.torque=commanded or measured" for name in ("fit", "trace")},
+    **{
+        (name, "--mass-matrix"): "give --set vehicle.mass_matrix=M, or --vehicle FILE of `incsvr identify --write`"
+        for name in ("fit", "trace", "identify")
+    },
+    ("compare", "--mass-matrix"): "give --set vehicle.mass_matrix=M",
+    ("fit", "--smoothing"): "give --set signals.smoothing=S",
+    ("fit", "--inputs"): "give --set learner.inputs=NAMES",
+    ("incsvr", "inputs"): "use `incsvr inspect --bus`, with the same flags",
     ("export", "--link"): "replace base_link in the exported file",
     ("export", "--format uuv"): "take gazebo for gz-sim, or json and put its figures into a <hydrodynamic_model>",
     ("export", "--format python-vehicle-simulator"): "take python, and call its acceleration in the dynamics of your "
     "vehicle",
 }
-"""By command, and flag or flag and value."""
+"""By command, and flag or flag and value; by the program, and command."""

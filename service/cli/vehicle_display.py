@@ -1,4 +1,4 @@
-"""The axes of one vehicle that a process learns together, a line each, 80 columns wide; for `status` and `watch`."""
+"""The axes of one vehicle that a process learns together, a line each, 80 columns wide; for `status`."""
 
 from __future__ import annotations
 

@@ -19,13 +19,11 @@ from incsvr.vehicle.compare import Value
 from incsvr.vehicle.history import History
 from incsvr.vehicle.shown import Shown
 from service.cli.output import add_json_argument, emit, refuse_unwritable
-from service.commands import dive_table
+from service.commands import dive_table, log_configuration
 from service.commands.arguments import add_report_argument
 from service.commands.change_text import change_words, value_line
-from service.commands.identify import declared
-from service.commands.other_velocities import MASS_MATRIX_HELP
+from service.commands.identify import TAKES, configured
 from service.commands.report_head import REPORT_WRITER, provenance
-from service.config.sources import read as read_config
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
 from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import DIVE_GIVEN_TWICE, refuse_implausible, refuse_twice
@@ -46,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "dives, of one vehicle or of a fleet",
     )
     parser.add_argument("--name", default="vehicle", metavar="NAME", help="what the vehicle is called (vehicle)")
-    parser.add_argument("--mass-matrix", metavar="M", help=MASS_MATRIX_HELP)
+    log_configuration.add_arguments(parser, TAKES)
     parser.add_argument(
         "--table", type=Path, metavar="FILE.parquet", help="file for one row a dive and quantity (Parquet)"
     )
@@ -89,7 +87,8 @@ def answer(args: argparse.Namespace) -> Comparison:
     for path in args.dives:
         if dive_table.is_dive_table(path):
             raise BadInput(f"{path}: is a table of dives, which only the command incsvr compare takes; give logs")
-    reading = Reading.of(args, read_config(args.config))
+    config, masses = configured(args)
+    reading = Reading.of(args, config)
     recordings = [read_body(reading, [path])[0] for path in args.dives]
     refuse_twice(recordings, DIVE_GIVEN_TWICE)
     for recording in recordings:
@@ -98,7 +97,7 @@ def answer(args: argparse.Namespace) -> Comparison:
     streams = [recording.body_streams() for recording in recordings]
     step = on_grid(streams).step
     motions = [on_grid([each], step) for each in streams]
-    compared = compare(motions, [recording.name for recording in recordings], declared(args.mass_matrix))
+    compared = compare(motions, [recording.name for recording in recordings], masses)
     compared = replace(compared, order=order)
     if args.table is not None:
         dive_table.write(args.table, compared, args.name)

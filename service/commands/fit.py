@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -15,20 +14,18 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
-from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit
-from service.commands import config_output, fit_written, other_velocities
+from service.commands import config_output, fit_written, log_configuration, other_velocities
 from service.commands.arguments import POLICIES, POLICY_HELP, add_recordings_arguments, add_report_argument
 from service.commands.declaration import add_sign_argument, judge_declaration
-from service.commands.fit_alternatives import SMOOTHING, TORQUE_KIND
+from service.commands.fit_attempt import SMOOTHING
 from service.commands.fit_result import Fit
 from service.commands.fit_text import text
 from service.commands.report_head import REPORT_WRITER, provenance
-from service.config.configuration import Config, merge, validate
+from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.sources import sections
 from service.config.traced_effects import TracedEffects, configured_effects, read_effects
-from service.number import number_of
 from service.recordings import declared_inertia
 from service.recordings.log_refusals import refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
@@ -48,26 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="use this configuration's signals and learner; else they are scaled to the recordings",
     )
-    parser.add_argument(
-        "--inputs",
-        metavar="NAMES",
-        help="velocities that damping is learned over, the axis's own first, such as yaw_rate,surge (default: its own)",
-    )
-    parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.MASS_MATRIX_HELP)
+    log_configuration.add_arguments(parser, ("vehicle", "signals", "learner", "inputs"), log_configuration.VEHICLE_HELP)
     parser.add_argument(
         "--effects", type=Path, metavar="FILE", help="effects of a result of `incsvr trace --json FILE`"
-    )
-    parser.add_argument(
-        "--torque",
-        choices=(COMMANDED, MEASURED),
-        help="whether the torque is a command, constant until the next one, or a measurement (default: inferred "
-        "from the data, or as configured)",
-    )
-    parser.add_argument(
-        "--smoothing",
-        type=_width,
-        metavar="S",
-        help="width of the filter of both streams [s] (default: scaled to them, or as configured)",
     )
     parser.add_argument("--policy", choices=POLICIES, help=POLICY_HELP)
     fit_written.add_arguments(parser)
@@ -75,17 +55,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_sign_argument(parser)
     add_log_arguments(parser)
     add_json_argument(parser)
-
-
-def _width(text: str) -> float:
-    """A width of the filter [s], as a type of argparse."""
-    try:
-        value = number_of(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
-        raise argparse.ArgumentTypeError(f"it is {text}; give the width of the filter in seconds, a positive number")
-    return value
 
 
 def run(args: argparse.Namespace) -> int:
@@ -105,10 +74,7 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     if args.write is not None and args.write.is_file():
         _, goes_on = fit_written.learner_in(args.write, args.axis)
         config = config if args.config else goes_on.model_copy(update={"inputs": config.inputs})
-    if args.inputs is not None:
-        over = {"learner": {"inputs": args.inputs.split(",")}}
-        over |= {} if args.axis is None else {"vehicle": {"axis": args.axis}}
-        config = validate(merge(config.model_dump(exclude_unset=True), over), {})
+    config = log_configuration.with_flags(config, args)
     reading = Reading.of(args, config)
     axis = reading.axis
     fit_written.check(args, goes_on, axis.name)
@@ -120,17 +86,15 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     """The result of a fit, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
     refuse_twice([*runs, *unseen])
-    of_file = config if args.config or (args.write is not None and args.write.is_file()) else None
-    coupled = other_velocities.coupled_axis(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
-    inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
+    torque = log_configuration.torque_set(config, args)
+    coupled = other_velocities.coupled_axis(config, reading.axis, [*runs, *unseen])
+    inertia, estimate = declared_inertia.inertia(args.inertia, config, runs, torque, coupled)
     inertia = inertia if estimate is None else float(f"{inertia:.5g}")  # as it is written down
     declaration = None
     if coupled is None and args.effects is None:
-        declaration = judge_declaration(runs, unseen, inertia, args.torque, args.assume_sign)
+        declaration = judge_declaration(runs, unseen, inertia, torque, args.assume_sign)
         runs, unseen = declaration.runs, declaration.unseen
     signals, learner, effects = _settings(args, config, inertia, runs, unseen, coupled)
-    if args.smoothing is not None:
-        signals = with_smoothing(signals, args.smoothing)
     fit = Fit.of(
         runs, unseen, signals, learner, _chosen(args, config), effects, coupled, config.further_inputs, declaration,
         args.assume_sign, _by_person(args, config),
@@ -149,18 +113,18 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
 
 
 def _chosen(args: argparse.Namespace, config: Config) -> dict[str, Any]:
-    """The settings of the learner that no recording decides: as configured, and the policy of the flag."""
-    settings = config.learner_settings()
-    names = () if _as_configured(args) else ("policy", "solver", "capacity", "batch", "fastest")
-    policy = {} if args.policy is None else {"policy": args.policy}
-    return {name: getattr(settings, name) for name in names} | policy
+    """The settings of the learner that no recording decides: as configured, and those of flags."""
+    settings = asdict(config.learner_settings())
+    names = {"policy", "solver", "capacity", "batch", "fastest"}
+    names |= log_configuration.names_set(args, "learner") | log_configuration.names_set(args, "vehicle")
+    found = {} if _as_configured(args) else {name: settings[name] for name in names & settings.keys()}
+    return found | ({} if args.policy is None else {"policy": args.policy})
 
 
 def _by_person(args: argparse.Namespace, config: Config) -> frozenset[str]:
-    """The signal settings that a flag or the configuration sets."""
-    flags = {name for name in (SMOOTHING, TORQUE_KIND) if getattr(args, name) is not None}
-    configured = config.signals.model_fields_set if _as_configured(args) else frozenset()
-    return frozenset(flags | {name for name in configured if getattr(config.signals, name) is not None})
+    """The signal settings that `--set` or the configuration sets."""
+    names = config.signals.model_fields_set if _as_configured(args) else log_configuration.names_set(args, "signals")
+    return frozenset(name for name in names if getattr(config.signals, name) is not None)
 
 
 def _settings(
@@ -177,17 +141,26 @@ def _settings(
         wanted = _declared(config, inertia, coupled)
         if args.effects:
             wanted = wanted.model_copy(update={"effects": args.effects})
-        configured_signals = wanted.signal_settings()
-        if args.torque is not None:
-            configured_signals = replace(configured_signals, torque=args.torque)
-        return _waiting(configured_signals, streams), wanted.learner_settings(), configured_effects(wanted)
-    signals = config_output.three_digits(signals_for(runs, inertia, runs[0].axis.fastest, args.torque))
+        return _waiting(wanted.signal_settings(), streams), wanted.learner_settings(), configured_effects(wanted)
+    torque = log_configuration.torque_set(config, args)
+    signals = config_output.three_digits(signals_for(runs, inertia, runs[0].axis.fastest, torque))
+    signals = _with_set(signals, args, config)
     path = args.effects or config.effects
     if path is None:
         return _waiting(signals, streams), None, None
     common = tuple(name for name in runs[0].channels if all(name in run.channels for run in (*runs, *unseen)))
     effects = read_effects(path, inertia, common, coupled)
     return _waiting(replace(signals, channels=effects.compensation.reads(common)), streams), None, effects
+
+
+def _with_set(signals: SignalSettings, args: argparse.Namespace, config: Config) -> SignalSettings:
+    """Scaled settings with those that `--set` sets; the torque's kind is in them already."""
+    wanted = config.signal_settings()
+    names = log_configuration.names_set(args, "signals") | log_configuration.names_set(args, "vehicle")
+    if SMOOTHING in names:
+        signals = with_smoothing(signals, wanted.smoothing)
+    names &= {"sample_period", "lateness", "gap", "channels", "rate_limit", "torque_limit"}
+    return replace(signals, **{name: getattr(wanted, name) for name in names})
 
 
 def _as_configured(args: argparse.Namespace) -> bool:

@@ -14,17 +14,14 @@ from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED
 from service.cli.progress import progress
-from service.commands.config_output import three_digits
-from service.commands.fit_attempt import Terms
+from service.commands.fit_attempt import SMOOTHING, TORQUE_KIND, Terms
 from service.recordings.recording import Recording, sequence
-from service.recordings.samples_from_recording import signals_for, with_smoothing
+from service.recordings.samples_from_recording import with_smoothing
 
 MIN_GAIN_SHARE = 0.03
 """Part of the free run's error by which it must fall before other settings are better: less is chance."""
-SMOOTHING, TORQUE_KIND = "smoothing", "torque"
-"""The signal settings of which alternatives are tried, by their names in the configuration."""
 AS_GIVEN = frozenset((SMOOTHING, TORQUE_KIND))
-"""All of them, where none is to be replaced."""
+"""The settings of which alternatives are tried, where none is to be replaced."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +48,6 @@ def alternative(
     signals: SignalSettings,
     terms: Terms,
     model: Model,
-    by_person: frozenset[str],
     in_force: frozenset[str],
 ) -> tuple[str | None, Alternative | None]:
     """The remark on motion that is faster than the samples show, if it leaves anything to do, and what to go on with.
@@ -60,7 +56,6 @@ def alternative(
         runs: what was learned from.
         judged_on: what decides: the unseen recordings, or those learned from where there are none.
         signals, model: what is in force.
-        by_person: settings that a person set: for a better one there is a remark, and it stays.
         in_force: settings that are alternatives already.
     """
     before = terms.free_run(judged_on, signals, model)
@@ -77,7 +72,7 @@ def alternative(
     if not better:
         faster = None if in_force else quick.faster(signals)
         return (None if faster is None else in_words_of(axis, f"{quick.sentence}; record {faster}")), None
-    best = min(better, key=lambda each: (each.setting in by_person, each.error))
+    best = min(better, key=lambda each: (each.setting in terms.by_person, each.error))
     was = "runs away" if before is None else f"is {before:.3g} {words.rate_unit}"
     still = f"may still be {100.0 * best.share:.0f} % wrong" if best.share > 0.0 else "is then right within 10 %"
     name = sequence(judged_on).name
@@ -86,7 +81,7 @@ def alternative(
         f"{still}"
     )
     flag, used = _named(best, signals, words.effort)
-    if best.setting in by_person:
+    if best.setting in terms.by_person:
         return in_words_of(axis, f"{quick.sentence}; give {flag}: {gain}"), None
     seen = "" if judged_on is runs else f"; {name} decided it, and is no longer quite unseen"
     return in_words_of(axis, f"{used}: {gain}{seen}"), best
@@ -96,8 +91,12 @@ def _named(best: Alternative, before: SignalSettings, effort: str) -> tuple[str,
     """The flag that sets an alternative, and the words for its use in place of what was before."""
     if best.setting == SMOOTHING:
         width = f"{best.signals.smoothing:g}"
-        return f"--smoothing {width}", f"smoothing over {width} s is used, because {before.smoothing:.2g} s is too slow"
-    return f"--torque {COMMANDED}", f"the {effort} is used as a command, constant until the next, not as a measurement"
+        return (
+            f"--set signals.smoothing={width}",
+            f"smoothing over {width} s is used, because {before.smoothing:.2g} s is too slow",
+        )
+    used = f"the {effort} is used as a command, constant until the next, not as a measurement"
+    return f"--set signals.torque={COMMANDED}", used
 
 
 def _others(
@@ -111,8 +110,7 @@ def _others(
     if signals.torque != COMMANDED and terms.learner is not None:
         found.append((TORQUE_KIND, replace(signals, torque=COMMANDED)))
     elif signals.torque != COMMANDED:
-        scaled = three_digits(signals_for(runs, signals.inertia, signals.rate_limit, COMMANDED))
-        found.append((TORQUE_KIND, replace(scaled, channels=signals.channels)))
+        found.append((TORQUE_KIND, terms.scaled(runs, signals, COMMANDED)))
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from incsvr.checks import Vehicle, Verdict
@@ -24,11 +24,20 @@ from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import decoupled_streams
 from incsvr.signals.samples import Samples
+from incsvr.signals.settings import TorqueKind
 from service.commands.config_output import three_digits
 from service.config.traced_effects import TracedEffects
 from service.recordings.recording import Recording
-from service.recordings.samples_from_recording import learner_for, samples_of, wanted_streams
+from service.recordings.samples_from_recording import (
+    learner_for,
+    samples_of,
+    signals_for,
+    wanted_streams,
+    with_smoothing,
+)
 
+SMOOTHING, TORQUE_KIND = "smoothing", "torque"
+"""The signal settings of which alternatives are tried, by their names in the configuration."""
 EFFECTS_OVER_ONE = "traced effects apply to damping over one velocity; leave out --effects, or the further inputs"
 
 
@@ -44,6 +53,7 @@ class Terms:
         inputs: the further velocities that damping is learned over.
         sign_known: the torque's sign is taken as it is.
         axis: whose damping is learned.
+        by_person: signal settings that a person set: a better one is put in a remark, and they stay.
     """
 
     learner: Settings | None = None
@@ -53,6 +63,7 @@ class Terms:
     inputs: tuple[str, ...] = ()
     sign_known: bool = False
     axis: Axis = YAW
+    by_person: frozenset[str] = frozenset()
 
     @property
     def compensation(self) -> Compensation | None:
@@ -61,6 +72,16 @@ class Terms:
     def samples(self, recording: Recording, signals: SignalSettings) -> tuple[Samples, Mapping[str, int]]:
         """The samples of a recording under these settings, and refused messages by reason."""
         return samples_of(recording, signals, self.compensation, self.coupled, self.inputs)
+
+    def scaled(self, runs: Sequence[Recording], signals: SignalSettings, torque: TorqueKind) -> SignalSettings:
+        """The signal settings scaled to the runs anew for another kind of torque, with those that a person set; all
+        are new where a person set this kind, because then they only go into a remark."""
+        found = three_digits(signals_for(runs, signals.inertia, signals.rate_limit, torque))
+        found = replace(found, channels=signals.channels)
+        kept = frozenset[str]() if TORQUE_KIND in self.by_person else self.by_person
+        if SMOOTHING in kept:
+            found = with_smoothing(found, signals.smoothing)
+        return replace(found, **{name: getattr(signals, name) for name in kept})
 
     def settings(self, recording: Recording, samples: Samples) -> Settings:
         """The learner's settings, scaled to the samples where none are given, to the digits that are written down."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from incsvr.checks import YOUNG_CURVE_BATCHES, Verdict
 from incsvr.errors import BadInput
@@ -15,11 +14,9 @@ from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.commands import other_velocities
-from service.commands.config_output import three_digits
 from service.commands.cures import Cures
 from service.commands.fit_attempt import Terms
 from service.recordings.recording import Recording, sequence
-from service.recordings.samples_from_recording import signals_for
 
 
 class HeldTooSeldom(BadInput):
@@ -53,8 +50,7 @@ def of_a_command(
         return None
     joined = sequence(runs)
     try:
-        scaled = three_digits(signals_for(runs, signals.inertia, signals.rate_limit, MEASURED))
-        otherwise = replace(scaled, channels=signals.channels)
+        otherwise = terms.scaled(runs, signals, MEASURED)
         measured = len(terms.samples(joined, otherwise)[0])
     except BadInput:
         return None
@@ -64,7 +60,7 @@ def of_a_command(
     because = f"a sample needs one that is constant for {2.0 * signals.reach:.2g} s, which is rare here"
     return HeldTooSeldom(
         f"{joined.name}: {count} damping samples, because the {effort} is declared a command: {because}; without "
-        f"`--torque commanded` (signals.torque in a configuration) there are {measured}",
+        f"`signals.torque: commanded` there are {measured}",
         otherwise,
         f"the {effort} is used as a measurement, not as a command: {because}",
     )

@@ -29,8 +29,8 @@ from incsvr.signals.samples import Samples
 from service.cli.progress import progress
 from service.commands.cures import Cures
 from service.commands.declaration import Declaration
-from service.commands.fit_alternatives import TORQUE_KIND, alternative
-from service.commands.fit_attempt import Terms
+from service.commands.fit_alternatives import alternative
+from service.commands.fit_attempt import TORQUE_KIND, Terms
 from service.commands.fit_refusals import HeldTooSeldom, of_a_command, refuse_unlearned, refuse_wrong, too_few
 from service.commands.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.config.traced_effects import TracedEffects
@@ -106,10 +106,10 @@ class Fit:
         the free runs hold it. `inputs` are the further velocities that damping is learned over; `declaration` is what
         the motion says of the declared inertia and the torque, whose sign may be known.
         """
-        terms = Terms(learner, chosen or {}, effects, coupled, inputs, sign_known, runs[0].axis)
+        terms = Terms(learner, chosen or {}, effects, coupled, inputs, sign_known, runs[0].axis, by_person)
         declaration = declaration or Declaration(list(runs), list(unseen))
         joined = sequence(runs)
-        signals, training, said = _best_training(runs, unseen, signals, terms, declaration, by_person)
+        signals, training, said = _best_training(runs, unseen, signals, terms, declaration)
         samples, iterations = training.samples, training.iterations
         model, excitation = iterations[-1].model, training.excitation
         pictured = terms.free_runs(unseen or runs, signals, model)
@@ -221,7 +221,6 @@ def _best_training(
     signals: SignalSettings,
     terms: Terms,
     declaration: Declaration,
-    by_person: frozenset[str],
 ) -> tuple[SignalSettings, _Training, list[str]]:
     """The loop under these signal settings, or under others that are better, and the remarks on them.
 
@@ -233,7 +232,7 @@ def _best_training(
         try:
             training = _training(runs, unseen, signals, terms)
         except HeldTooSeldom as error:
-            if TORQUE_KIND in by_person | in_force:
+            if TORQUE_KIND in terms.by_person | in_force:
                 raise
             signals, in_force = error.measured, in_force | {TORQUE_KIND}
             said.append(error.because)
@@ -243,7 +242,7 @@ def _best_training(
         if quick is None:
             return signals, training, said
         model = training.iterations[-1].model
-        remark, best = alternative(quick, runs, unseen or runs, signals, terms, model, by_person, in_force)
+        remark, best = alternative(quick, runs, unseen or runs, signals, terms, model, in_force)
         said += [] if remark is None else [remark]
         if best is None:
             return signals, training, said

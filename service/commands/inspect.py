@@ -1,4 +1,7 @@
-"""`incsvr inspect`: what is in a log of any format, how often, in which range, and what of it would be learned from."""
+"""`incsvr inspect`: what is in a log of any format, how often, in which range, and what of it would be learned from.
+
+With `--bus` the same of a vehicle's bus (`service.commands.inspect_bus`).
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from incsvr.signals.message_rates import slow_torque
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
 from service.commands.report_head import PLOTS
-from service.config.sources import read as read_config
+from service.config.sources import add_client_arguments, from_arguments
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.clocks import without_leaps
 from service.inputs.measured_streams import MeasuredStreams
@@ -32,6 +35,8 @@ from service.logs.reading import LogDescription, describe, read, since_1970, wri
 from service.logs.suspect_columns import in_degrees, refuse_without_numbers
 from service.recordings.reading import add_log_arguments
 
+BUS = "service.commands.inspect_bus"
+"""The module that inspects a bus."""
 SHOWN_FIELDS = 6
 """Fields of a topic that are shown to people; all of them go into the JSON object."""
 STAMP_FIELDS = ("timestamp", "TimeUS", "time_boot_ms", "time_usec", "header.stamp")
@@ -40,9 +45,18 @@ STAMP_FIELDS = ("timestamp", "TimeUS", "time_boot_ms", "time_usec", "header.stam
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help=f"a log, or the folder of a bag; {DIVE_RULE}"
+        "files", nargs="*", type=Path, metavar="FILE", help=f"a log, or the folder of a bag; {DIVE_RULE}"
     )
-    add_log_arguments(parser, config=True, axis=False)
+    parser.add_argument("--bus", action="store_true", help="inspect the vehicle's bus instead of a log")
+    parser.add_argument(
+        "--ask",
+        type=float,
+        metavar="HZ",
+        help="with --bus: first ask a BlueOS vehicle to send attitude and outputs at this rate [Hz]",
+    )
+    parser.add_argument("--seconds", type=float, default=10.0, help="with --bus: how long to listen [s] (default 10)")
+    add_client_arguments(parser, wait_s=3.0, whom=", with --bus, to reach the bus")
+    add_log_arguments(parser, axis=False)
     parser.add_argument("--topic", metavar="NAME", help="show all fields of this topic")
     parser.add_argument(
         "--plot", type=Path, metavar="FILE", help="draw the streams into this file (.png, .svg, .pdf; matplotlib)"
@@ -51,7 +65,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    inputs = read_config(args.config).inputs
+    if args.bus:
+        _refuse_of_log(args)
+        return int(import_module(BUS).inspect_bus(args))  # loads Zenoh, which no log needs
+    if not args.files:
+        raise BadInput("name a log, or inspect the vehicle's bus with --bus")
+    if args.ask is not None:
+        raise BadInput("--ask asks a vehicle on the bus; add --bus and leave out the log")
+    inputs = from_arguments(args).inputs
     said = {"preset": args.preset, "system": args.system}
     inputs = inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
     with progress(f"reading {args.files[0].name}"):
@@ -60,6 +81,18 @@ def run(args: argparse.Namespace) -> int:
         _plot(args.plot, summary)
     emit(args, _result(summary), _text(args, summary))
     return 0
+
+
+def _refuse_of_log(args: argparse.Namespace) -> None:
+    """Refuses, with --bus, what speaks of a log."""
+    if args.files:
+        raise BadInput(f"{args.files[0]}: inspect either this log or, with --bus, the vehicle's bus")
+    of_log = {"topic": args.topic, "plot": args.plot, "column": args.column, "from": args.cut_from, "to": args.cut_to}
+    if flag := next((flag for flag, value in of_log.items() if value), None):
+        raise BadInput(f"--{flag} is about a log; leave it out with --bus")
+    named = {"inputs.preset": args.preset, "inputs.system": args.system}
+    if flag := next((name for name, value in named.items() if value), None):
+        raise BadInput(f"with --bus write --set {flag}={named[flag]}")
 
 
 def _plot(path: Path, summary: LogSummary) -> None:

@@ -26,14 +26,8 @@ from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 from incsvr.signals.smoothing import smooth
 from service.config.configuration import Config
-from service.number import number_of
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
-
-MASS_MATRIX_HELP = (
-    "M with added mass, [kg], [kg m²]: its diagonal from surge to yaw, or all 36 entries row by row, with commas "
-    "between; separates Coriolis and coupled inertia from the damping"
-)
 
 EFFECTS_OF_REMAINDER = (
     "Coriolis, coupling and restoring terms are subtracted from the {effort} before tracing, so that effects of the "
@@ -41,7 +35,10 @@ EFFECTS_OF_REMAINDER = (
 )
 """A template of `AxisWords`."""
 BODY_PARTS = (CORIOLIS, COUPLED_INERTIA, RESTORING)
-VELOCITIES_CURE = "give --mass-matrix, learn over them with --inputs, or let `incsvr trace` find their effects"
+VELOCITIES_CURE = (
+    "give --set vehicle.mass_matrix=…, learn over them with --set learner.inputs=…, or let `incsvr trace` find their "
+    "effects"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,45 +99,31 @@ class OtherVelocities:
 NO_OTHER_VELOCITIES = OtherVelocities(None, {}, ())
 
 
-def coupled_axis(
-    text: str | None, config: Config | None, axis: Axis, recordings: Sequence[Recording]
-) -> Coupled | None:
+def coupled_axis(config: Config, axis: Axis, recordings: Sequence[Recording]) -> Coupled | None:
     """The axis in its body, with the velocities and angles that all recordings hold; None where none is declared.
 
     Args:
-        text: of --mass-matrix; it comes before what is configured.
-        config: of a file; None where there is none.
+        config: whose mass matrix and weight are used.
         axis: whose equation it is.
         recordings: all that are read.
 
     Raises:
         BadInput: it is no mass matrix, or has nothing for this axis.
     """
-    vehicle = None if config is None else config.vehicle
-    mass, said = None if vehicle is None else vehicle.mass_matrix, "vehicle.mass_matrix"
-    if text is not None:
-        mass, said = _entries(text), f"--mass-matrix {text}"
-    weights = None if vehicle is None else vehicle.restoring
-    if mass is None and (vehicle is None or weights is None):
+    vehicle = config.vehicle
+    mass = vehicle.mass_matrix
+    weights = vehicle.restoring
+    if mass is None and weights is None:
         return None
     own = list(AXES).index(axis.name)
-    if mass is None and vehicle is not None:
+    if mass is None:
         mass = tuple(vehicle.inertia if place == own else 0.0 for place in range(len(AXES)))
-    matrix = mass_matrix(mass or ())
+    matrix = mass_matrix(mass)
     if matrix[own, own] <= 0.0:
-        raise BadInput(f"{said}: it has {matrix[own, own]:g} for {axis.name}; give a number above 0")
+        raise BadInput(f"vehicle.mass_matrix has {matrix[own, own]:g} for {axis.name}; give a number above 0")
     common = set.intersection(*(set(_sampled(each, each.velocities)) for each in recordings))
     common |= set.intersection(*(set(_sampled(each, each.columns)) for each in recordings)) & {*ATTITUDE}
     return Coupled(axis, matrix, tuple(name for name in (*VELOCITIES, *ATTITUDE) if name in common), weights)
-
-
-def _entries(text: str) -> tuple[float, ...]:
-    try:
-        return tuple(number_of(entry) for entry in text.split(","))
-    except ValueError:
-        raise BadInput(
-            f"--mass-matrix {text}: give six numbers from surge to yaw, or 36, with commas between"
-        ) from None
 
 
 def freed_recordings(

@@ -6,6 +6,7 @@ Keywords become the command's own flags and pass its own parser, so that both ta
 from __future__ import annotations
 
 import argparse
+import json
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -122,25 +123,21 @@ def _flags(flags: Mapping[str, Any]) -> list[str]:
         if value is True:
             words.append(flag)
         elif value is not None and value is not False:
-            value = _entries(value) if name == "mass_matrix" and not isinstance(value, str) else value
-            value = ",".join(value) if name == "inputs" and not isinstance(value, str) else value
+            if name == "set" and isinstance(value, Mapping):
+                value = [f"{key}={_written(key, each)}" for key, each in value.items()]
             several = value if isinstance(value, (list, tuple)) else [value]
             words += [f"{flag}={each}" for each in several]
     return words
 
 
-def _entries(matrix: Any) -> str:
-    """The entries of a mass matrix, row by row, as the command line writes them."""
+def _written(key: str, value: Any) -> str:
+    """A value of the configuration as the command line takes it: a text as it is, all else as JSON."""
+    if isinstance(value, str):
+        return value
     try:
-        entries = np.asarray(matrix, dtype=np.float64)
+        return json.dumps(np.asarray(value).tolist())
     except (TypeError, ValueError):
-        entries = np.empty(0)
-    if entries.shape not in ((6,), (36,), (6, 6)):
-        raise BadInput(
-            "mass_matrix: give six numbers from surge to yaw, 36, or 6 rows of 6, as a list, an array or a text with "
-            "commas"
-        )
-    return ",".join(map(repr, entries.ravel().tolist()))
+        raise BadInput(f"{key}: give a text, a number, or a list or an array of them") from None
 
 
 def _logs(given: Any) -> list[Any]:

@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--vehicle",
         metavar="FILE",
         type=Path,
-        help="a vehicle file (`incsvr identify --vehicle`): learns every axis that it has an actuator for",
+        help="a vehicle file (`incsvr identify --write`): learns every axis that it has an actuator for",
     )
     parser.add_argument(
         "--archive", metavar="DIR", type=Path, help="archive all messages in this folder, as MCAP files of limited size"

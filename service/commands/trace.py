@@ -19,7 +19,7 @@ from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline, limits
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
-from service.commands import other_velocities
+from service.commands import log_configuration, other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
 from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, judge_declaration
 from service.commands.other_velocities import OtherVelocities
@@ -42,12 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "unseen recordings, used for validation alone",
         "declared I [kg m²], or estimate; else vehicle.inertia of --config",
     )
-    parser.add_argument(
-        "--torque",
-        choices=("commanded", "measured"),
-        help="whether the torque is a command, or a measurement with its own noise (default: inferred from the data)",
-    )
-    parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.MASS_MATRIX_HELP)
+    log_configuration.add_arguments(parser, ("vehicle", "inputs", "signals.torque"), log_configuration.VEHICLE_HELP)
     add_report_argument(parser)
     add_sign_argument(parser)
     add_log_arguments(parser, config=True)
@@ -66,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
 
 def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
     """The axis, what was found in its words, and the same for programs."""
-    config = read_config(args.config).of_axis(args.axis)
+    config = log_configuration.with_flags(read_config(args.config).of_axis(args.axis), args)
     reading = replace(Reading.of(args, config), ours_whole=True)
     axis = reading.axis
     found, others = _traced(args, reading, config)
@@ -78,15 +73,14 @@ def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple
     runs = reading.of_all(args.recordings)
     recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     refuse_twice(recordings)
-    of_file = config if args.config else None
-    coupled = other_velocities.coupled_axis(args.mass_matrix, of_file, reading.axis, recordings)
-    inertia, estimate = declared_inertia.inertia(args.inertia, of_file, recordings[:fitted], args.torque, coupled)
+    torque = log_configuration.torque_set(config, args)
+    coupled = other_velocities.coupled_axis(config, reading.axis, recordings)
+    inertia, estimate = declared_inertia.inertia(args.inertia, config, recordings[:fitted], torque, coupled)
     parts, others = dict[str, Array](), other_velocities.NO_OTHER_VELOCITIES
     if coupled is not None:
         recordings, parts, others = other_velocities.freed_recordings(coupled, recordings)
-    found = trace_recordings(
-        recordings[:fitted], recordings[fitted:], inertia, args.torque, reading.rate_limit, args.assume_sign
-    )
+    asked = (inertia, torque, reading.rate_limit, args.assume_sign)
+    found = trace_recordings(recordings[:fitted], recordings[fitted:], *asked)
     if estimate is not None:
         words = words_of(reading.axis)
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")

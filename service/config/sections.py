@@ -11,7 +11,7 @@ from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.settings import TorqueKind
 from service.security.endpoint import listens_everywhere
-from service.wire.section import Endpoint, Name, Positive, Seconds, Section
+from service.wire.section import Endpoint, Name, Names, Positive, Seconds, Section
 
 
 class Bus(Section):
@@ -78,7 +78,7 @@ class Learner(Section):
     batch: int = Field(default=50, ge=2, le=1000, description="samples of one iteration")
     near_rate: float = Field(default=0.01, gt=0.0, le=10.0, description="a of the inclusion criterion [rad/s]")
     near_damping: float = Field(default=5.0, gt=0.0, le=1e6, description="b of the inclusion criterion [N m]")
-    inputs: tuple[Name, ...] = Field(
+    inputs: Names = Field(
         default=("yaw_rate",),
         min_length=1,
         max_length=6,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +27,12 @@ def add_config_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--connect", metavar="ENDPOINT", help="endpoint of the bus, such as tcp/127.0.0.1:7447")
     parser.add_argument("--prefix", metavar="KEYS", help="prefix of the keys, such as leng/yaw")
-    parser.add_argument(
-        "--set", metavar="NAME=VALUE", action="append", default=[], help="one value, such as learner.policy=paper"
-    )
+    add_set_argument(parser, "one value, such as learner.policy=paper")
+
+
+def add_set_argument(parser: argparse.ArgumentParser, what: str) -> None:
+    """Adds `--set`."""
+    parser.add_argument("--set", metavar="NAME=VALUE", action="append", default=[], help=what)
 
 
 def add_client_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0, whom: str = "") -> None:
@@ -40,22 +43,37 @@ def add_client_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0, w
 
 def from_arguments(args: argparse.Namespace, vehicle: Path | None = None) -> Config:
     """The configuration in force, given the flags of `add_config_arguments`, and a vehicle file."""
+    given = [("prefix", args.prefix, "--prefix"), ("bus.connect", args.connect, "--connect")]
+    return read(args.config, *set_values(args.set, [each for each in given if each[1] is not None]), vehicle)
+
+
+def set_values(
+    texts: Sequence[str], further: Sequence[tuple[str, Any, str]] = ()
+) -> tuple[dict[str, Any], dict[tuple[str, ...], str]]:
+    """The values of `--set`, nested, and the flag that each came from.
+
+    Args:
+        texts: as they were given, NAME=VALUE.
+        further: name, value and flag of others.
+
+    Raises:
+        BadInput: one is no NAME=VALUE, or is given twice.
+    """
     flags: dict[str, Any] = {}
     origin: dict[tuple[str, ...], str] = {}
-    given = [("prefix", args.prefix, "--prefix"), ("bus.connect", args.connect, "--connect")]
-    for text in args.set:
+    given = list(further)
+    for text in texts:
         name, equals, value = text.partition("=")
         if not equals:
             raise BadInput(f"--set {text}: write NAME=VALUE, such as learner.policy=paper")
         given.append((name, parse(value, f"--set {name}").value, f"--set {name}"))
     for name, value, flag in given:
-        if value is not None or flag.startswith("--set"):
-            path = tuple(name.split("."))
-            if path in origin:
-                raise BadInput(f"{flag}: {name} is given twice; keep one of them")
-            origin[path] = flag
-            flags = merge(flags, _nested(path, value))
-    return read(args.config, flags, origin, vehicle)
+        path = tuple(name.split("."))
+        if path in origin:
+            raise BadInput(f"{flag}: {name} is given twice; keep one of them")
+        origin[path] = flag
+        flags = merge(flags, _nested(path, value))
+    return flags, origin
 
 
 def read(

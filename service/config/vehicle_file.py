@@ -70,6 +70,20 @@ def learners_in(path: Path) -> Mapping[str, Any]:
     return dict(values["learners"])
 
 
+def body_of_file(path: Path, axis: str) -> dict[str, Any]:
+    """The mass matrix, the weight and the centres that a vehicle file declares for an axis.
+
+    Raises:
+        BadInput: it has no learner of this axis, or as in `learners_in`.
+    """
+    learners = learners_in(path)
+    section = next((each["vehicle"] for each in learners.values() if each["vehicle"]["axis"] == axis), None)
+    if section is None:
+        raise BadInput(f"{path}: it has no learner of {axis}, but of {', '.join(learners)}; choose one with --axis")
+    names = ("mass_matrix", "weight", "buoyancy", "centre_of_gravity", "centre_of_buoyancy")
+    return {name: section[name] for name in names if name in section}
+
+
 def read_values(path: Path) -> Mapping[str, Any]:
     """The plain data in a vehicle file, checked.
 
@@ -78,18 +92,18 @@ def read_values(path: Path) -> Mapping[str, Any]:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --vehicle FILE` writes one")
+            raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise BadInput(f"{path}: there is no such file; `incsvr identify LOG --vehicle {path}` writes one") from None
+        raise BadInput(f"{path}: there is no such file; `incsvr identify LOG --write {path}` writes one") from None
     except (OSError, UnicodeDecodeError):
-        raise BadInput(f"{path}: cannot be read as text; give a file that `incsvr identify --vehicle` wrote") from None
+        raise BadInput(f"{path}: cannot be read as text; give a file that `incsvr identify --write` wrote") from None
     values = parse(text, str(path)).value
     form = values.get("vehicle_file") if isinstance(values, dict) else None
     if type(form) is int and form > 1:
         raise BadInput(f"{path}: its form, vehicle_file: {form}, is newer than 1, which is read here; update incsvr")
     if not isinstance(values, dict) or type(form) is not int or form != 1:
-        raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --vehicle FILE` writes one")
+        raise BadInput(f"{path}: this is no vehicle file; `incsvr identify LOG --write FILE` writes one")
     try:
         check_entries(values)
     except BadInput as error:

@@ -25,7 +25,7 @@ from service.wire import ModelSnapshot, decode
 
 FORMATS = ("csv", "json", "gazebo", "stonefish", "python")
 VEHICLE_SUFFIXES = (".yaml", ".yml")
-"""Suffixes of a vehicle file, which `incsvr identify --vehicle` writes."""
+"""Suffixes of a vehicle file, which `incsvr identify --write` writes."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -37,7 +37,7 @@ CLOSED_LOOP_DOUBT = (
 
 def inertia(
     wanted: str | None,
-    config: Config | None,
+    config: Config,
     runs: Sequence[Recording],
     torque: TorqueKind | None = None,
     coupled: Coupled | None = None,
@@ -46,7 +46,7 @@ def inertia(
 
     Args:
         wanted: a number, ESTIMATE, or None for the configured one.
-        config: of a file; None where there is none.
+        config: whose inertia it is where no other is wanted.
         runs: to estimate it from.
         torque: what it is, as in SignalSettings; None tells it from the runs.
         coupled: the axis in its body, whose mass matrix says the inertia.
@@ -61,7 +61,7 @@ def inertia(
     if coupled is not None:
         return coupled.inertia, None
     if wanted is None:
-        if config is None or not config.vehicle.inertia_said:
+        if not config.vehicle.inertia_said:
             raise BadInput(words_of(runs[0].axis).fill(INERTIA_MISSING))
         return config.vehicle.inertia, None
     if wanted != ESTIMATE:

@@ -54,11 +54,18 @@ Prefix = Annotated[
 ]
 
 
-def _row_by_row(given: Any) -> Any:
-    """Six rows of six as the 36 entries that they are."""
-    rows = given if isinstance(given, list | tuple) else ()
-    whole = len(rows) > 0 and all(isinstance(row, list | tuple) for row in rows)
-    return [entry for row in rows for entry in row] if whole else given
+def _by_commas(given: Any) -> Any:
+    """A text with commas, as a shell takes it without quotes, as the list that it is."""
+    return given.split(",") if isinstance(given, str) else given
+
+
+def entries_of(given: Any) -> Any:
+    """The entries of a matrix: of a text with commas, or of six rows of six."""
+    rows = _by_commas(given)
+    if not isinstance(rows, list | tuple):
+        return rows
+    whole = len(rows) == 6 and all(isinstance(row, list | tuple) and len(row) == 6 for row in rows)
+    return [entry for row in rows for entry in row] if whole else rows
 
 
 def _of_a_body(entries: tuple[float, ...]) -> tuple[float, ...]:
@@ -66,7 +73,8 @@ def _of_a_body(entries: tuple[float, ...]) -> tuple[float, ...]:
     return entries
 
 
-MassMatrix = Annotated[tuple[float, ...], BeforeValidator(_row_by_row), AfterValidator(_of_a_body)]
+MassMatrix = Annotated[tuple[float, ...], BeforeValidator(entries_of), AfterValidator(_of_a_body)]
+Names = Annotated[tuple[Name, ...], BeforeValidator(_by_commas)]
 Metres = Annotated[float, Field(ge=-100.0, le=100.0)]
 Positive = Annotated[float, Field(gt=0.0, le=1e6)]
 Seconds = Annotated[float, Field(gt=0.0, le=1e6)]

@@ -45,7 +45,7 @@ def test_commands_at_2_hz_are_said_with_the_cure() -> None:
     assert slow is not None
     assert "the torque is sampled every 0.5 s" in slow.of_a_log_by("blueos")
     assert "Hz or more (on ArduPilot by the message interval of SERVO_OUTPUT_RAW" in slow.of_a_log_by("blueos")
-    assert slow.on_a_bus(True).endswith(f"or more: `incsvr inputs --ask {slow.hertz}` asks the vehicle for it")
+    assert slow.on_a_bus(True).endswith(f"or more: `incsvr inspect --bus --ask {slow.hertz}` asks the vehicle for it")
 
 
 def test_what_is_sent_on_change_is_known_between() -> None:

@@ -69,7 +69,16 @@ def test_the_help_of_every_command_ends_with_an_example_that_parses(
         ("fit x.csv --inertia", "incsvr fit: --inertia needs a value"),
         ("compare --from-learner state", "incsvr compare: --from-learner was removed; compare the logs of the dives"),
         ("status now", "incsvr status: unexpected argument 'now'"),
-        *((f"{name} {flag}", f"incsvr {name}: {flag} was removed; ") for name, flag in REMOVED),
+        *(
+            (f"{name} {flag}".removeprefix("incsvr "), f"{name}: {flag} was removed; ".removeprefix("incsvr "))
+            for name, flag in REMOVED
+        ),
+        ("inspect", "incsvr inspect: name a log, or inspect the vehicle's bus with --bus"),
+        ("inspect x.csv --ask 3", "--ask asks a vehicle on the bus; add --bus and leave out the log"),
+        ("inspect x.csv --bus", "x.csv: inspect either this log or, with --bus, the vehicle's bus"),
+        ("inspect --bus --to 3", "incsvr inspect: --to is about a log; leave it out with --bus"),
+        ("inspect --bus --preset ros2", "incsvr inspect: with --bus write --set inputs.preset=ros2"),
+        ("status --follow --json -", "incsvr status: --follow shows a screen; leave out --json"),
     ],
 )
 def test_what_is_wrong_is_one_sentence(said: object, line: str, sentence: str) -> None:

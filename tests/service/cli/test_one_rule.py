@@ -26,10 +26,10 @@ from service.learner.damping_query import parse_numbers
 RECORDING = "t,yaw_rate,torque\n0,0.1,1\n1,0.1,350_0\n"
 COMMANDS = [
     ["fit", "dive.csv", "--inertia", "350_0"],
-    ["fit", "dive.csv", "--inertia", "1", "--smoothing", "0_1"],
+    ["fit", "dive.csv", "--inertia", "1", "--set", "signals.smoothing=0_1"],
     ["fit", "dive.csv", "--inertia", "1", "--from", "1_0"],
     ["trace", "dive.csv", "--inertia", "350_0"],
-    ["identify", "dive.csv", "--mass-matrix", "1_0,1,1,1,1,1"],
+    ["identify", "dive.csv", "--set", "vehicle.mass_matrix=1_0,1,1,1,1,1"],
     ["fit", "dive.csv", "--inertia", "350"],
     ["query", "0_1"],
     ["query", "0.1", "--wait", "1_0"],
@@ -76,7 +76,7 @@ def test_digits_with_an_underscore_are_no_number_on_the_bus(monkeypatch: pytest.
         ["fit", "dive.csv", "--inertia", "3", "--inertia", "4"],
         ["fit", "dive.csv", "--inertia", "3", "--validate", "a.csv", "--validate", "b.csv"],
         ["fit", "dive.csv", "--inertia", "3", "--iner", "4"],
-        ["identify", "dive.csv", "--vehicle", "a.yaml", "--write", "b.yaml"],
+        ["identify", "dive.csv", "--write", "a.yaml", "--write", "b.yaml"],
         ["replay", "dive.csv", "--patient", "--patient"],
         ["config", "show", "--set", "vehicle.name=a", "--set", "vehicle.name=b"],
         ["fit", "dive.csv", "--inertia", "3", "--column", "yaw_rate=a", "--column", "yaw_rate=torque"],

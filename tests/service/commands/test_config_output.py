@@ -190,7 +190,7 @@ def test_flags_of_what_is_written_need_it(capsys: pytest.CaptureFixture[str], fl
     assert "is about what --write FILE leaves" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("words", [("tune", "--write"), ("identify", "--vehicle")])
+@pytest.mark.parametrize("words", [("tune", "--write"), ("identify", "--write")])
 def test_a_file_that_a_person_wrote_is_not_replaced(
     words: tuple[str, str], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

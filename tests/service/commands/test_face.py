@@ -92,7 +92,11 @@ def test_flags_of_a_log_stay_with_it(logs: tuple[Path, Path], tmp_path: Path) ->
     ("flags", "reason"),
     [
         ({"inertia": 350, "foo": 1}, "no flag --foo"),
-        ({"inertia": 350, "torque": "x"}, "--torque takes commanded or measured, not x"),
+        (
+            {"inertia": 350, "set": {"signals.torque": "x"}},
+            "--set signals.torque: .*'measured' or 'commanded', not 'x'",
+        ),
+        ({"inertia": 350, "torque": "measured"}, "--torque was removed; give --set signals.torque=commanded or"),
         ({"inertia": 350, "json": "-"}, "the result has to_dict"),
         ({}, "the inertia is not known"),
     ],
@@ -107,23 +111,23 @@ def test_a_wrong_flag_is_one_sentence(flags: dict[str, Any], reason: str, logs: 
     "matrix", [5.0, [1.0, 2.0], np.eye(3), [[1.0], [2.0, 3.0]], np.ones((2, 18)), object(), ["a"] * 6]
 )
 def test_what_is_no_mass_matrix_is_refused(call: Any, matrix: Any, logs: tuple[Path, Path]) -> None:
-    with pytest.raises(incsvr.BadInput, match="six numbers from surge to yaw, 36, or 6 rows of 6") as refused:
-        call(logs[0], mass_matrix=matrix)
+    with pytest.raises(incsvr.BadInput, match=r"vehicle\.mass_matrix|the mass matrix has") as refused:
+        call(logs[0], set={"vehicle.mass_matrix": matrix})
     assert "\n" not in str(refused.value)
 
 
 def test_a_mass_matrix_is_a_list_or_an_array_as_well_as_a_text(logs: tuple[Path, Path]) -> None:
     diagonal = [60.0, 80.0, 75.0, 4.0, 12.0, 350.125]
     matrix = np.diag(diagonal)
-    told = incsvr.fit(logs[0], mass_matrix="60,80,75,4,12,350.125").to_dict()
+    told = incsvr.fit(logs[0], set={"vehicle.mass_matrix": "60,80,75,4,12,350.125"}).to_dict()
     for given in (diagonal, tuple(diagonal), np.array(diagonal), matrix, matrix.tolist(), matrix.ravel()):
-        assert incsvr.fit(logs[0], mass_matrix=given).to_dict() == told
+        assert incsvr.fit(logs[0], set={"vehicle.mass_matrix": given}).to_dict() == told
 
 
 @pytest.mark.parametrize("given", ["surge,yaw_rate", ["surge", "yaw_rate"]])
 def test_velocities_are_a_list_as_well_as_a_text(given: Any, logs: tuple[Path, Path]) -> None:
     with pytest.raises(incsvr.BadInput, match="surge"):
-        incsvr.fit(logs[0], inertia=350, inputs=given)
+        incsvr.fit(logs[0], inertia=350, set={"learner.inputs": given})
 
 
 def test_what_is_no_log_is_refused() -> None:

@@ -97,7 +97,18 @@ def test_the_measured_vehicle(capsys: pytest.CaptureFixture[str], measured: Path
     """Trained on two yaw-only runs, judged on the third; an inertia that is estimated runs freer than the declared."""
     runs = [measured / "bluerov" / f"run_{number:02d}.csv" for number in (3, 4, 5)]
     declared, estimated = (
-        fit(capsys, *runs[:2], "--validate", runs[2], "--inertia", inertia, "--policy", "paper", "--smoothing", "0.2")
+        fit(
+            capsys,
+            *runs[:2],
+            "--validate",
+            runs[2],
+            "--inertia",
+            inertia,
+            "--policy",
+            "paper",
+            "--set",
+            "signals.smoothing=0.2",
+        )
         for inertia in ("1.125", "estimate")
     )
     assert declared["inertia"] == 1.125
@@ -213,6 +224,28 @@ def test_a_report_of_another_form_is_refused_before_any_work(
     assert f"the report is a page of HTML: name it {Path(name).with_suffix('.html')}" in capsys.readouterr().err
 
 
+def test_values_that_are_set_are_in_force_over_scaled_and_configured_ones(
+    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], tmp_path: Path
+) -> None:
+    values = {"learner.C": "77", "vehicle.rate_range": "[-0.3, 0.2]", "signals.smoothing": "0.15"}
+    words = [word for key, value in values.items() for word in ("--set", f"{key}={value}")]
+    path = tmp_path / "config.yaml"
+    path.write_text("vehicle: {inertia: 350}\nsignals: {smoothing: 0.2, gap: 0.39}\n", encoding="utf-8")
+    for over in ((), ("--config", path)):
+        found = fit(capsys, recorded["T1"], *words, *over)["settings"]
+        assert (found["learner"]["C"], found["learner"]["rate_range"]) == (77.0, [-0.3, 0.2])
+        assert found["signals"]["smoothing"] == 0.15
+        assert found["signals"]["gap"] <= 0.3, "a narrower filter bridges no longer pauses than it may"
+    for text, why in {
+        "bus.listen=tcp/x:1": "--set bus.listen: this command uses values of vehicle, signals, learner or inputs alone",
+        "vehicle=3": "--set vehicle: name one value of the section",
+        "vehicle.axis=sway": "give the axis by --axis",
+        "vehicle.mass=3": "there is no vehicle.mass;",
+    }.items():
+        assert main(["fit", str(recorded["T1"]), "--inertia", "350", "--set", text]) == 2
+        assert why in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_damping_over_several_velocities_from_files(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """A part of the error, free runs that follow, and a configuration with which `serve` goes on."""
@@ -222,7 +255,7 @@ def test_damping_over_several_velocities_from_files(capsys: pytest.CaptureFixtur
     words = (runs[0], "--validate", runs[1], "--policy", "weighted")
     alone = fit(capsys, *words)
     written = tmp_path / "several.yaml"
-    over = fit(capsys, *words, "--inputs", "yaw_rate,surge,sway", "--write", written, "--state", tmp_path)
+    over = fit(capsys, *words, "--set", "learner.inputs=yaw_rate,surge,sway", "--write", written, "--state", tmp_path)
     assert over["validation"]["rmse"] < 0.4 * alone["validation"]["rmse"]  # most of what is left is noise
     assert over["validation"]["free_run_rmse"] < 0.3 * alone["validation"]["free_run_rmse"]
     assert not any("coupled to others" in remark for remark in over["remarks"])
@@ -232,5 +265,5 @@ def test_damping_over_several_velocities_from_files(capsys: pytest.CaptureFixtur
         ("surge,yaw_rate", "begins with the axis's own"),
         ("yaw_rate,heave", "there is no channel heave"),
     ):
-        assert main(["fit", str(runs[0]), "--inertia", "350", "--inputs", inputs]) == 2
+        assert main(["fit", str(runs[0]), "--inertia", "350", "--set", f"learner.inputs={inputs}"]) == 2
         assert what in capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 
 from service.cli.command_line import main
+from service.commands.fit_attempt import Terms
 from service.config.sources import read
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
+from service.recordings.samples_from_recording import signals_for
 from tests.worlds import slow
 
 
@@ -59,13 +62,21 @@ def test_what_was_tried_and_is_better_is_in_force_unless_a_person_set_another(
     assert any(used in remark for remark in found["remarks"])
     assert not any("; give --" in remark for remark in found["remarks"])
     assert getattr(read(written).signals, setting) == chosen
-    fixed = ["--smoothing", "0.2"] if setting == "smoothing" else ["--torque", "measured", "--smoothing", "0.6"]
-    stays = fit(capsys, logs, *fixed)
+    fixed = {"smoothing": 0.2} if setting == "smoothing" else {"torque": "measured", "smoothing": 0.6}
+    stays = fit(capsys, logs, *(word for key, value in fixed.items() for word in ("--set", f"signals.{key}={value}")))
     assert stays["settings"]["signals"][setting] == person
-    assert any(f"; give --{setting} " in remark for remark in stays["remarks"])
+    assert any(f"; give --set signals.{setting}=" in remark for remark in stays["remarks"])
     assert found["validation"]["free_run_rmse"] < 0.97 * stays["validation"]["free_run_rmse"]
     written.write_text(f"signals: {{smoothing: {0.2 if setting == 'smoothing' else 0.6}, torque: measured}}\n")
     assert fit(capsys, logs, "--config", str(written))["settings"]["signals"][setting] == person
+
+
+def test_a_setting_of_a_person_stays_beside_another_kind_of_torque() -> None:
+    run = slow(4, 0.5, (0.8, 2.4), 100.0)
+    signals = replace(signals_for([run], 0.6, 6.0, "measured"), sample_period=0.777)
+    assert Terms().scaled([run], signals, "commanded").sample_period != 0.777
+    kept = Terms(by_person=frozenset({"sample_period"})).scaled([run], signals, "commanded")
+    assert (kept.sample_period, kept.torque) == (0.777, "commanded")
 
 
 @pytest.mark.slow

@@ -103,12 +103,12 @@ def test_other_settings_are_proposed_where_they_were_tried_and_found_better(
     write(path, slow(13, 0.5))
     write(tmp_path / "unseen.csv", slow(14, 0.5))
     words = (path, "--validate", tmp_path / "unseen.csv", "--inertia", "0.6")
-    plain = fit(capsys, *words, "--torque", "measured", "--smoothing", "1.5")
+    plain = fit(capsys, *words, "--set", "signals.torque=measured", "--set", "signals.smoothing=1.5")
     (remark,) = (each for each in plain["remarks"] if "the damping curve may be" in each)
-    better = fit(capsys, *words, "--torque", "commanded")
+    better = fit(capsys, *words, "--set", "signals.torque=commanded")
     gained = better["validation"]["free_run_rmse"], plain["validation"]["free_run_rmse"]
     assert f"is {gained[1]:.3g} rad/s without and {gained[0]:.3g} rad/s with it" in remark
-    assert "; give --torque commanded: the free run's error on unseen.csv" in remark
+    assert "; give --set signals.torque=commanded: the free run's error on unseen.csv" in remark
     assert gained[0] < gained[1]
     assert not any("the damping curve may be" in each for each in better["remarks"])
 
@@ -118,10 +118,10 @@ def test_a_command_that_never_holds_is_the_reason_that_is_said(
 ) -> None:
     path = tmp_path / "quick.csv"
     write(path, slow(4, 0.05, changes=(0.3, 0.7), duration=90.0))
-    assert main(["fit", str(path), "--inertia", "0.6", "--torque", "commanded"]) == 2
+    assert main(["fit", str(path), "--inertia", "0.6", "--set", "signals.torque=commanded"]) == 2
     said = capsys.readouterr().err.strip()
     assert "because the torque is declared a command" in said
-    assert "without `--torque commanded`" in said
+    assert "without `signals.torque: commanded`" in said
 
 
 def test_where_the_held_windows_pass_over_some_rates_the_torque_stays_on_a_line() -> None:

@@ -16,6 +16,7 @@ from incsvr.plant.axes import EFFORTS, VELOCITIES
 from incsvr.vehicle import Parameter, identify, on_grid
 from incsvr.vehicle.manoeuvres import manoeuvres
 from service.cli.command_line import main
+from service.commands.identify import declared_by_file
 from service.config.vehicle_file import read_vehicle, write_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
@@ -35,7 +36,7 @@ def dives(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for seed, (name, seconds) in enumerate((("one", 200.0), ("two", 60.0)), start=51):
         write(folder / f"{name}.csv", from_streams(name, swim(body, seconds, seed)))
     words = ["identify", str(folder / "one.csv"), "--validate", str(folder / "two.csv"), "--name", "torpedo"]
-    words += ["--vehicle", str(folder / "vehicle.yaml"), "--report", str(folder / "report.html")]
+    words += ["--write", str(folder / "vehicle.yaml"), "--report", str(folder / "report.html")]
     assert main([*words, "--json", str(folder / "found.json")]) == 0
     return folder
 
@@ -176,10 +177,12 @@ def test_it_is_a_call_in_python(dives: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["--mass-matrix", "a,b"], "six numbers from surge to yaw"),
-        (["--mass-matrix", "nan,0,0,0,0,1"], "an entry that is no finite number"),
+        (["--set", "vehicle.mass_matrix=a,b"], "six numbers from surge to yaw"),
+        (["--set", "vehicle.mass_matrix=nan,0,0,0,0,1"], "an entry that is no finite number"),
+        (["--set", "signals.smoothing=0.1"], "this command uses values of inputs or vehicle.mass_matrix alone"),
         (["--name", "a\nb"], "a name of one line"),
-        (["--vehicle", "no/such/folder.yaml"], "name a file in a folder that is there with --vehicle"),
+        (["--write", "no/such/folder.yaml"], "name a file in a folder that is there with --write"),
+        (["--vehicle", "none.yaml"], "no such file; `incsvr identify LOG --write none.yaml` writes one"),
     ],
 )
 def test_a_flag_of_no_use_is_refused(
@@ -190,6 +193,28 @@ def test_a_flag_of_no_use_is_refused(
     flag, value = words
     with pytest.raises(BadInput, match=told):
         incsvr.identify(dives / "one.csv", **{flag.removeprefix("--").replace("-", "_"): value})
+
+
+def test_a_vehicle_file_declares_the_mass_matrix(
+    dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of a copy with another inertia of yaw, `fit` and `trace` take its body, `identify` what is known of it."""
+    values = (dives / "vehicle.yaml").read_text(encoding="utf-8")
+    copy, log = tmp_path / "other.yaml", str(dives / "one.csv")
+    known = read_vehicle(dives / "vehicle.yaml").mass[("yaw", "yaw")].value
+    copy.write_text(re.sub(r"(yaw,yaw\"?: {value: )[^,]+", rf"\g<1>{2.0 * known!r}", values), encoding="utf-8")
+    assert main(["fit", log, "--vehicle", str(copy), "--json", "-"]) == 0
+    fitted = json.loads(capsys.readouterr().out)
+    assert fitted["inertia"] == 2.0 * known
+    assert fitted["coupled"]["mass_matrix"][35] == 2.0 * known
+    declared = declared_by_file(copy)
+    assert declared[("yaw", "yaw")] == 2.0 * known
+    copy.write_text(re.sub(r"(yaw,yaw\"?: {.*origin: )\w+", r"\g<1>assumed", values), encoding="utf-8")
+    assert {*declared} - {*declared_by_file(copy)} == {("yaw", "yaw")}
+    assert main(["fit", log, "--vehicle", str(copy), "--axis", "heave"]) == 2
+    assert "it has no inertia of heave, but of surge" in capsys.readouterr().err
+    assert main(["fit", log, "--vehicle", str(copy), "--inertia", "3"]) == 2
+    assert "leave out one of the two" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["identify", "compare"])

@@ -24,7 +24,7 @@ def test_a_pegged_sensor_gives_no_vehicle_file(tmp_path: Path, capsys: pytest.Ca
     pegged = {**run.columns, "yaw_rate": np.clip(run.columns["yaw_rate"], -0.1, 0.1)}
     write(tmp_path / "dive.csv", Recording("dive", run.time, pegged))
     written = tmp_path / "vehicle.yaml"
-    for words in (["identify", "--vehicle", str(written)], ["trace", "--inertia", "350"], ["fit", "--inertia", "350"]):
+    for words in (["identify", "--write", str(written)], ["trace", "--inertia", "350"], ["fit", "--inertia", "350"]):
         assert main([words[0], str(tmp_path / "dive.csv"), *words[1:]]) == 2
         said = capsys.readouterr().err
         assert "the yaw rate is constant at -0.1 rad/s" in said

@@ -26,6 +26,7 @@ from tests.service.recordings.test_axes import CORIOLIS as SURGE_MASS
 from tests.service.recordings.test_axes import MASS, vehicle
 
 MATRIX = f"{SURGE_MASS},{MASS},0,0,0,5"
+BODY = f"vehicle.mass_matrix={MATRIX}"
 MEASURED = Path(__file__).parents[4] / "shared" / "measured" / "dagon"
 
 
@@ -48,7 +49,7 @@ def test_a_declared_mass_matrix_takes_coriolis_out_of_the_damping(
     files: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     alone, of_alone = fitted(capsys, files, "--inertia", "60")
-    freed, of_freed = fitted(capsys, files, "--mass-matrix", MATRIX)
+    freed, of_freed = fitted(capsys, files, "--set", BODY)
     assert freed["inertia"] == MASS
     assert freed["validation"]["free_run_rmse"] < 0.5 * alone["validation"]["free_run_rmse"]
     assert freed["validation"]["rmse"] < 0.5 * alone["validation"]["rmse"]
@@ -70,7 +71,7 @@ def test_what_is_not_recorded_is_zero_and_said(files: list[str], tmp_path: Path,
         columns = {name: values for name, values in whole.columns.items() if name != "surge"}
         write(tmp_path / f"{seed}.csv", type(whole)(whole.name, whole.time, columns))
         paths.append(str(tmp_path / f"{seed}.csv"))
-    result, told = fitted(capsys, paths, "--mass-matrix", MATRIX)
+    result, told = fitted(capsys, paths, "--set", BODY)
     assert result["coupled"]["taken_for_zero"] == ["surge"]
     assert "assumed zero, because they are not recorded: channel surge" in told
 
@@ -81,7 +82,7 @@ def test_a_trace_looks_at_what_the_body_leaves_of_the_force(
 ) -> None:
     """Without the matrix this vehicle's Coriolis force is what is found (tests/service/recordings/test_axes.py)."""
     trace, page = str(tmp_path / "trace.json"), tmp_path / "page.html"
-    flags = ["--axis", "sway", "--mass-matrix", MATRIX]
+    flags = ["--axis", "sway", "--set", BODY]
     assert main(["trace", files[0], "--validate", files[1], *flags, "--json", trace, "--report", str(page)]) == 0
     told, found = capsys.readouterr().out, json.loads(Path(trace).read_text())
     assert found["declared"]["inertia"] == MASS
@@ -92,7 +93,7 @@ def test_a_trace_looks_at_what_the_body_leaves_of_the_force(
     assert "of the force's RMS: Coriolis" in told
     assert "Coriolis" in page.read_text()
     unseen = ["--validate", files[1], "--axis", "sway"]
-    assert main(["fit", files[0], *unseen, "--mass-matrix", MATRIX, "--effects", trace]) == 0
+    assert main(["fit", files[0], *unseen, "--set", BODY, "--effects", trace]) == 0
     capsys.readouterr()
     assert main(["fit", files[0], *unseen, "--inertia", "60", "--effects", trace]) == 2
     assert "traced with a mass matrix, and none is configured" in capsys.readouterr().err
@@ -100,7 +101,7 @@ def test_a_trace_looks_at_what_the_body_leaves_of_the_force(
 
 def test_live_tracing_looks_at_the_same(files: list[str]) -> None:
     run = of_axis(vehicle(900_300), AXES["sway"])
-    body = coupled_axis(MATRIX, None, run.axis, [run])
+    body = coupled_axis(read(None, {"vehicle": {"axis": "sway", "mass_matrix": MATRIX}}), run.axis, [run])
     assert body is not None
     smoothing = signals_for([run], MASS, 20.0).smoothing
     job = {
@@ -121,7 +122,7 @@ def test_what_a_fit_writes_serve_learns_on_with(
     files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "config.yaml"
-    fitted(capsys, files, "--mass-matrix", MATRIX, "--write", str(path), "--state", str(tmp_path))
+    fitted(capsys, files, "--set", BODY, "--write", str(path), "--state", str(tmp_path))
     config = read(path)
     assert config.vehicle.inertia == MASS
     assert config.signals.channels == ("surge", BODY_YAW_RATE)
@@ -148,9 +149,9 @@ def test_yaw_by_itself_is_what_it_was_to_the_last_bit() -> None:
 @pytest.mark.parametrize(
     ("flags", "said"),
     [
-        (("--mass-matrix", "1,2,three"), "six numbers"),
-        (("--mass-matrix", "45,0,0,0,0,5"), "0 for sway"),
-        (("--mass-matrix", MATRIX, "--inertia", "60"), "the body that is declared has 60; leave out one of the two"),
+        (("--set", "vehicle.mass_matrix=1,2,three"), "unable to parse string as a number, not 'three'"),
+        (("--set", "vehicle.mass_matrix=45,0,0,0,0,5"), "has 0 for sway"),
+        (("--set", BODY, "--inertia", "60"), "the body that is declared has 60; leave out one of the two"),
     ],
 )
 def test_what_cannot_be_used_is_one_sentence(
@@ -170,6 +171,6 @@ def test_a_measured_vehicle_in_sway(capsys: pytest.CaptureFixture[str]) -> None:
     flags = ["--validate", str(MEASURED / "run_04.csv"), "--axis", "sway", "--json", "-"]
     assert main(["fit", *runs, "--inertia", "2500", *flags]) == 2
     assert "or other velocities caused it: the axis is coupled to others: surge*yaw_rate" in capsys.readouterr().err
-    assert main(["fit", *runs, "--mass-matrix", "2200,2500,0,0,0,800", *flags]) == 0
+    assert main(["fit", *runs, "--set", "vehicle.mass_matrix=2200,2500,0,0,0,800", *flags]) == 0
     result = json.loads(capsys.readouterr().out)
     assert result["validation"]["free_run_rmse"] < 0.03

@@ -1,4 +1,4 @@
-"""What a terminal shows of a running learner: `incsvr status`, `incsvr watch`, and the log of `incsvr serve`."""
+"""What a terminal shows of a running learner: `incsvr status`, also with `--follow`, and the log of `incsvr serve`."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_status_is_one_where_nobody_answers(endpoint: str, capsys: pytest.Captur
     status, out, error = asked(endpoint, capsys, "--wait", "0")
     assert (status, out) == (1, "")
     assert error.startswith(f"incsvr status: no bus answers at {endpoint}: start `incsvr serve`")
-    assert main(["watch", "--connect", free_endpoint(), "--wait", "0"]) == 1
+    assert main(["status", "--follow", "--connect", free_endpoint(), "--wait", "0"]) == 1
 
 
 @pytest.mark.parametrize(
@@ -160,13 +160,14 @@ def test_a_question_beyond_what_was_learned_gets_that_first(
 
 
 @pytest.mark.slow
-def test_status_and_watch_tell_a_real_learner(
+def test_status_tells_of_a_real_learner_and_follows_it(
     endpoint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     watch = subprocess.Popen(
         command("watch", "--connect", endpoint), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     assert watch.stderr is not None
+    assert watch.stderr.readline().startswith("incsvr watch: use `incsvr status --follow`; ")
     assert "waiting for the bus: " in watch.stderr.readline()
     with client_after(endpoint, tmp_path) as (process, session, _):
         status, out, error = asked(endpoint, capsys, "--json", "-")

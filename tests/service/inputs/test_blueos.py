@@ -104,7 +104,9 @@ def test_outputs_at_2_hz_are_too_slow_for_the_vehicle_and_the_cure_is_a_command(
         if not key.endswith("SERVO_OUTPUT_RAW") or told % 5 == 0:
             messages.append((key, payload))
     vessel.send(messages, 400)
-    health = vessel.health_when(lambda health: any("`incsvr inputs --ask" in reason for reason in health.reasons))
+    health = vessel.health_when(
+        lambda health: any("`incsvr inspect --bus --ask" in reason for reason in health.reasons)
+    )
     (slow,) = (reason for reason in health.reasons if "--ask" in reason)
     assert slow.startswith("the torque is sampled every 0.5 s, too seldom for a vehicle whose yaw rate changes within")
 

@@ -1,4 +1,4 @@
-"""`incsvr inputs`: what it says of a bus, and how it asks a vehicle for more."""
+"""`incsvr inspect --bus`: what it says of a bus, and how it asks a vehicle for more."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_outputs_at_2_hz_are_too_seldom_and_the_cure_is_a_command() -> None:
             slow.append((key, payload))
     (doubt,) = surveyed(slow)["inputs"]["torque"]["doubts"]
     assert "the torque is sampled every 0.5 s" in doubt
-    assert "`incsvr inputs --ask" in doubt
+    assert "`incsvr inspect --bus --ask" in doubt
 
 
 def test_motors_that_are_taken_for_others_make_no_moment() -> None:
@@ -132,7 +132,8 @@ def repeating(session: zenoh.Session, messages: list[tuple[str, bytes]]) -> Iter
 def command(endpoint: str, *flags: str) -> list[str]:
     usual = {"--set": "inputs.preset=blueos", "--seconds": "0.6"}
     return [
-        "inputs",
+        "inspect",
+        "--bus",
         "--connect",
         endpoint,
         *flags,

@@ -104,7 +104,7 @@ def test_a_client_that_is_not_let_in_says_whose_certificate_it_is(
 ) -> None:
     redated(tls, role, begins, ends)
     with open_session(from_file(tls / "learner.json5")):
-        for command in (["status"], ["query", "0.1"], ["watch"]):
+        for command in (["status"], ["query", "0.1"], ["status", "--follow"]):
             assert main([*command, "--wait", "60", "--set", f"bus.zenoh_file={tls / 'viewer.json5'}"]) == 2
             said = capsys.readouterr().err
             assert sentence.format(tls=tls, endpoint=endpoint(tls)) in said

@@ -1,4 +1,4 @@
-"""`incsvr inputs`: listens to the vehicle's bus; of each input what came, how often, and whether it can be true.
+"""`incsvr inspect --bus`: listens to the vehicle's bus; of each input what came, how often, and whether it can be true.
 
 Exit status 0 where yaw rate and torque came and nothing is missing, 1 else. With `--ask HZ` the vehicle is asked before
 for its attitude and its outputs so often; nothing else ever writes to it.
@@ -19,9 +19,9 @@ from service.bus.arrivals import Arrivals
 from service.bus.mapped_ingest import mapping
 from service.bus.session import client_config_at, from_file, listener_config_at, open_session
 from service.cli.display import stream_unit
-from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
+from service.cli.output import WIDTH, emit, shortened, wrapped
 from service.config.configuration import Config
-from service.config.sources import add_client_arguments, from_arguments
+from service.config.sources import from_arguments
 from service.inputs import message_interval_request
 from service.inputs.input_mapper import InputMapper
 from service.inputs.owners import AUTOPILOT, mavlink
@@ -36,19 +36,8 @@ MAX_ASK_HZ = 400.0
 """Faster no autopilot runs."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seconds", type=float, default=10.0, help="how long to listen [s] (default 10)")
-    parser.add_argument(
-        "--ask",
-        type=float,
-        metavar="HZ",
-        help="first ask a BlueOS vehicle to send attitude and outputs at this rate [Hz]",
-    )
-    add_client_arguments(parser, wait_s=3.0, whom=" to reach the bus")
-    add_json_argument(parser)
-
-
-def run(args: argparse.Namespace) -> int:
+def inspect_bus(args: argparse.Namespace) -> int:
+    """Prints what arrives; the exit status."""
     config = from_arguments(args)
     if not 0.0 < args.seconds <= 3600.0:
         raise BadInput(f"--seconds {args.seconds:g}: give more than 0 s, and an hour at most")
