@@ -12,13 +12,14 @@ STUDIES := paper speed sensors trace missions live vehicles whole_vehicle dives 
 demo: .venv/ready  ## the main job, end to end, in about two minutes
 	$(BIN)/incsvr demo
 
-test: .venv/ready lint  ## ruff, mypy and the quick tests: before every commit, in three minutes
-	$(BIN)/pytest -n 2 --dist worksteal -m "not slow"
+# A file's tests run in one process: what they share is made once.
+test: .venv/ready  ## the quick tests: before every commit, as `make lint`
+	$(BIN)/pytest -n 2 --dist loadfile -m "not slow"
 
-test-all: .venv/ready lint  ## the slow tests, too: what must hold before main moves
+test-all: .venv/ready lint  ## lint and every test: what must hold before main moves
 	$(BIN)/pytest -n 2 --dist worksteal
 
-lint: .venv/ready
+lint: .venv/ready  ## ruff and mypy
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy

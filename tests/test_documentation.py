@@ -54,10 +54,6 @@ def test_the_examples_of_the_docstrings_run(path: Path) -> None:
     assert not failed
 
 
-def test_there_are_examples() -> None:
-    assert len(WITH_EXAMPLES) >= 5
-
-
 def lines_of(page: str) -> list[str]:
     """The command lines in the blocks of a page, without comments and what the shell does with the output."""
     blocks = BLOCK.findall((ROOT / page).read_text(encoding="utf-8"))
@@ -107,24 +103,11 @@ def test_the_python_of_a_page_names_what_is_there(page: str) -> None:
                 assert all(hasattr(module, alias.name) for alias in node.names)
 
 
-LABORATORY = re.compile(r"\bseeds? (?:from )?\d{4,}|--first-seed \d|\b20\d\d-\d\d-\d\d\b|\bat [0-9a-f]{7}\b")
-"""Seeds, dates and commits of studies, which belong to the pages of evidence."""
-
-
-@pytest.mark.parametrize("page", [page for page in PAGES if "evidence" not in page and page != "CHANGELOG.md"])
-def test_a_page_of_guide_or_reference_shows_no_seed_date_or_commit(page: str) -> None:
-    assert not LABORATORY.findall((ROOT / page).read_text(encoding="utf-8"))
-
-
 @pytest.mark.parametrize("page", [page for page in PAGES if "evidence" in page])
 def test_a_page_of_evidence_names_its_command_and_date(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     assert re.search(r"\b20\d\d-\d\d-\d\d\b", text)
     assert re.search(r"`make \w+`|python -m benchmarks\.", text)
-
-
-def test_the_readme_is_one_page() -> None:
-    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 120
 
 
 def test_the_site_is_built_without_a_broken_link(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
@@ -28,8 +29,7 @@ def mission(kind: str, vehicle: str, seed: int, duration: float = 1800.0, hidden
     return play(Mission(TURNING[vehicle], kind, seed, hidden, duration=duration))
 
 
-@cache
-def trial(
+def of_trial(
     seed: int,
     hidden: tuple[str, ...] = (),
     vehicle: str = "leng",
@@ -39,19 +39,23 @@ def trial(
     measured: bool = True,
     channels: tuple[str, ...] = (),
     size: float = 1.0,
-) -> Outcome:
+) -> Mission:
     """A vehicle under an excitation, with sensors on clocks of their own and, where it is measured, a torque sensor."""
 
     def sensing(of: vehicles.Vehicle, random: np.random.Generator) -> tuple[Sensor, ...]:
         return (*own_clocks(of, random), torque_sensor(of, random)) if measured else own_clocks(of, random)
 
     beats = 25.0 if vehicle == "small" else 10.0
-    return play(
-        Mission(
-            TURNING[vehicle], kind, seed, hidden, size=size, duration=duration, beats=beats, sensing=sensing,
-            channels=channels,
-        )
+    return Mission(
+        TURNING[vehicle], kind, seed, hidden, size=size, duration=duration, beats=beats, sensing=sensing,
+        channels=channels,
     )  # fmt: skip
+
+
+@cache
+def trial(seed: int, *words: Any, **further: Any) -> Outcome:
+    """What `of_trial` describes, played."""
+    return play(of_trial(seed, *words, **further))
 
 
 def as_run(recording: Recording) -> Run:

@@ -10,7 +10,6 @@ from threadpoolctl import threadpool_limits
 from benchmarks import learner_times
 from benchmarks.bench import text
 from benchmarks.study import provenance
-from service.cli.command_line import main
 
 
 @pytest.fixture(scope="module")
@@ -44,8 +43,3 @@ def test_the_step_is_far_faster_than_the_papers_passes_and_the_signals_keep_up(r
     assert result["ratio_to"]["coordinate_descent"] > 10.0
     assert result["signals"]["batched_per_second"] > 200_000
     assert result["signals"]["single_per_second"] > 20_000
-
-
-def test_no_repetition_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "--seeds", "0"]) == 2
-    assert "give at least one repetition" in capsys.readouterr().err

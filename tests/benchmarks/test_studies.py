@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks import bus, dives, hold, paper, peers, sensors, speed, vehicles
+from benchmarks import dives, hold, paper, peers, sensors, speed, vehicles
 from benchmarks.study import MEASURED
 from incsvr.effects import Signals
 from incsvr.numerics import Array
-from simulator import leng
 
 Study = Callable[..., list[dict[str, Any]]]
 
@@ -41,15 +39,6 @@ def test_the_weighted_policy_is_nearer_to_the_truth_than_the_papers(
     assert hull["baselines"]["least squares"] < 3.0  # linear + quadratic is what the hull leaves of the damping
     assert all(0.8 < hull[policy][of] <= 1.0 for policy in paper.SETTINGS for of in ("truth", "samples"))
     assert "| hull: the hull adds 11.5 % |" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("name", list(paper.SCENARIOS))
-def test_a_scenarios_samples_scatter_about_its_truth(name: str) -> None:
-    case = paper.SCENARIOS[name]
-    samples, k = case.draw(3), np.arange(case.samples, dtype=np.float64)
-    assert abs(np.median((samples.damping - case.truth(samples.yaw_rate, k))[-200:])) < 3.0
-    rate = np.array([0.24])
-    assert case.truth(rate, np.array([0.0])) == leng.damping(rate)
 
 
 @pytest.mark.slow
@@ -96,13 +85,6 @@ def test_a_fleet_arrives_ashore_and_six_axes_are_learned_in_one_process(
     assert six["messages lost / values rejected"] == "0 / 0"
 
 
-@pytest.mark.slow
-def test_what_is_sent_at_a_steady_pace_arrives_whole() -> None:
-    found = bus._stream_at(pace=4000, size=10, seconds=0.5)
-    assert found["lost"] == found["lost_as_health_says"] == 0
-    assert found["samples_per_second_and_stream"] == pytest.approx(4000, rel=0.2)
-
-
 STEP, COUNT = 0.1, 1200
 
 
@@ -120,37 +102,12 @@ def driven() -> Signals:
     return Signals(STEP, start, time, rate, torque, {"surge": surge, "sway": sway}, scale=1.5)
 
 
-def test_a_known_acceleration_is_integrated_from_the_first_velocity_of_each_run(driven: Signals) -> None:
-    model = peers.Integrated(lambda r, t, o: 0.5 * t - 0.8 * r - 0.6 * o[:, 0] * o[:, 1], ("surge", "sway"), 10.0)
-    np.testing.assert_allclose(model.simulate(driven), driven.rate, atol=1e-6)
-    assert np.all(peers.Trivial(1.0).simulate(driven)[COUNT // 2 :] == driven.rate[COUNT // 2])
-
-
 def test_the_libraries_find_the_product_of_two_velocities(driven: Signals, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(peers, "THRESHOLDS", (0.03, 0.1))
     monkeypatch.setattr(peers, "TERMS", (4, 6))
     for learn in (peers.sindy, peers.frols):
         simulated = learn(driven, ("surge", "sway")).simulate(driven)
         assert np.sqrt(np.mean((simulated - driven.rate) ** 2)) < 0.1 * np.std(driven.rate)
-
-
-def test_a_narx_model_runs_as_its_library_runs_it(driven: Signals, monkeypatch: pytest.MonkeyPatch) -> None:
-    """sysidentpy's own free run, from two equal first values, against ours over a run that begins with them."""
-    from sysidentpy.basis_function import Polynomial
-    from sysidentpy.model_structure_selection import FROLS
-
-    monkeypatch.setattr(peers, "TERMS", (4,))
-    found = peers.frols(driven, ("surge", "sway"))
-    model = FROLS(order_selection=False, n_terms=4, ylag=2, xlag=[[1, 2]] * 3, basis_function=Polynomial(degree=2))
-    at = found.hop * np.arange(40)
-    pushed = found.mean_input(driven, at, np.zeros_like(at), np.full_like(at, COUNT // 2))
-    measured = driven.rate[at, None] / found.deviation[0]
-    model.fit(X=pushed, y=measured)
-    model.final_model, model.theta, model.n_terms = found.terms, found.theta[:, None], len(found.terms)
-    again = np.vstack([pushed[:1], pushed])  # before a run began its inputs were its first
-    theirs = np.ravel(model.predict(X=again, y=np.repeat(measured[:1], 2, axis=0)))
-    ours = found.simulate(replace(driven, start=np.array([0, COUNT // 2], dtype=np.intp)))
-    np.testing.assert_allclose(ours[at], theirs[1:41] * found.deviation[0], atol=1e-9)
 
 
 def test_no_recording_is_fitted_and_judged_on() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.study import grouped, in_processes, interval, median, run, seeds, share, spread, table
+from benchmarks.study import interval, run, seeds, share, table
 
 
 def doubled(seed: int) -> int:
@@ -48,27 +48,9 @@ def test_without_a_case_nothing_is_written(tmp_path: Path, capsys: pytest.Captur
     assert not list(tmp_path.iterdir())
 
 
-def test_results_come_in_the_order_of_their_cases() -> None:
-    # Functions that the processes can import wherever they are started.
-    assert in_processes(eval, ["__import__('time').sleep(0.2) or 1", "2", "3"], "waits", 2) == [1, 2, 3]
-
-
 def test_wilsons_interval() -> None:
     # Newcombe 1998, Table I, method 3: 81/263 and 0/20.
     assert interval(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
     assert interval(0, 20) == pytest.approx((0.0, 0.1611), abs=5e-5)
     assert share(81, 263) == "81 of 263 (26–37 %)"
     assert share(0, 0) == "–"
-
-
-def test_several_seeds_have_a_spread_and_one_has_none() -> None:
-    assert spread([1.0, 2.0, 3.0]) == "2.00 ± 1.00"
-    assert spread([1.0], 1) == "1.0"
-    assert median([1.0, 2.0, 9.0], 0) == "2 (1 to 9)"
-    assert spread([]) == median([]) == "–"
-
-
-def test_records_are_grouped_in_their_order() -> None:
-    records = [{"a": 2, "b": 1}, {"a": 1, "b": 2}, {"a": 2, "b": 1}]
-    assert list(grouped(records, "a").items()) == [(2, [records[0], records[2]]), (1, [records[1]])]
-    assert list(grouped(records, "a", "b")) == [(2, 1), (1, 2)]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.repetition import AT_CONVERGENCE, BEFORE_CLEANING, stopped
-from benchmarks.table1 import PAPER, chart, converged, text
+from benchmarks.table1 import PAPER, converged, text
 from service.cli.command_line import main
 
 
@@ -53,8 +53,9 @@ def test_the_papers_rule_takes_the_smallest_step_near_the_cross_validated_error(
     assert stopped(np.array([9.0, 5.0, 5.0, 4.0]), validated=5.0) == 3
 
 
-def test_no_repetition_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["table1", "--seeds", "0"]) == 2
+@pytest.mark.parametrize("command", ["table1", "bench"])
+def test_no_repetition_is_refused(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "--seeds", "0"]) == 2
     assert "give at least one repetition" in capsys.readouterr().err
 
 
@@ -64,16 +65,3 @@ def test_no_repetition_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
 )
 def test_convergence_is_when_the_error_stays_near_its_end(curve: list[float], iterations: int) -> None:
     assert converged(np.array(curve)) == iterations
-
-
-def test_the_chart_shows_every_point_once() -> None:
-    drawn = chart({"one": [1.0, 2.0, 9.0], "two": [1.0, 3.0, 3.0]}, top=4.0, height=4)
-    assert drawn.splitlines() == [
-        "   4.00 |        ^",
-        "   3.00 |     x  x",
-        "   2.00 |     o",
-        "   1.00 |  #",
-        "        +---------",
-        "           0",
-        "         o one, x two",
-    ]

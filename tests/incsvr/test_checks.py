@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from incsvr.checks import Decision, Vehicle, Verdict, verdict_sentences
 from incsvr.checks.power import drives
+from incsvr.checks.response import Residual
 from incsvr.checks.torque_without_turn import unmoved
 from incsvr.learning import checked_learner
 from incsvr.learning.checked_learner import Guarded
@@ -250,3 +251,10 @@ def test_a_controller_that_answers_the_water_does_not_reverse_a_sign() -> None:
     turned = -driven.raw["torque"]
     reversed_ = replace(driven, damping=driven.damping + 2.0 * turned, raw={**driven.raw, "torque": turned})
     assert drives(reversed_, leng.INERTIA, 0.25)
+
+
+def test_of_a_single_sample_nobody_knows_the_torque_a_moment_later() -> None:
+    one = np.ones(1)
+    left = Residual(one, one, one, one, one, one, (one, one), 0.0)
+    assert np.isnan(left.later(np.array([0.0, 0.1]))).all()
+    assert left.agility == 0.0

@@ -44,27 +44,10 @@ def test_the_optimality_conditions_hold(seed: int) -> None:
     assert (np.abs(solution.weight) == 1000.0).sum() > 0.8 * y.size
 
 
-def test_a_single_sample_is_met_to_the_edge_of_the_tube() -> None:
-    assert dual.solve([0.1], [5.0], **PAPER).weight == pytest.approx([4.9], abs=1e-12)
-
-
 def test_no_samples_give_the_zero_model() -> None:
     solution = dual.solve([], [], **PAPER)
     assert solution.weight.shape == (0,)
     assert solution.certified_error == 0.0
-
-
-def test_samples_inside_the_tube_around_zero_get_no_weight() -> None:
-    solution = dual.solve([-0.1, 0.0, 0.2], [0.05, -0.1, 0.1], **PAPER)
-    assert not solution.weight.any()
-    assert solution.certified_error == 0.0
-
-
-def test_equal_rates_are_met_in_their_median() -> None:
-    y = np.array([1.0, 2.0, 30.0, 40.0, 50.0])
-    solution = dual.solve(np.full(5, 0.1), y, gamma=10.0, C=1000.0, epsilon=0.0)
-    assert solution.weight.sum() == pytest.approx(30.0, abs=1e-9)
-    np.testing.assert_array_equal(solution.weight[[0, 1, 3, 4]], [-1000.0, -1000.0, 1000.0, 1000.0])
 
 
 def test_each_sample_can_have_its_own_bound_and_tube() -> None:
@@ -75,17 +58,6 @@ def test_each_sample_can_have_its_own_bound_and_tube() -> None:
     assert (np.abs(solution.weight) <= C).all()
     assert violation(x, y, solution.weight, 10.0, C, epsilon) < 1e-8
     assert solution.certified_error < 0.01
-
-
-def test_a_sample_with_twice_the_bound_counts_as_two() -> None:
-    x, y = yaw_samples(4)
-    doubled = np.arange(y.size) < 10
-    together = dual.solve(x, y, gamma=10.0, C=np.where(doubled, 2000.0, 1000.0), epsilon=0.1)
-    apart = dual.solve(np.concatenate([x, x[:10]]), np.concatenate([y, y[:10]]), **PAPER)
-    grid = np.linspace(-0.25, 0.25, 101)
-    ours = rbf(grid, x, 10.0) @ together.weight
-    theirs = rbf(grid, np.concatenate([x, x[:10]]), 10.0) @ apart.weight
-    assert np.abs(ours - theirs).max() < 1e-8
 
 
 def test_the_same_input_gives_the_same_bytes() -> None:
@@ -101,16 +73,6 @@ def test_the_input_is_left_alone() -> None:
         values.flags.writeable = False
     dual.solve(x, y, gamma=10.0, C=C, epsilon=0.1)
     assert before == (x.tobytes(), y.tobytes(), C.tobytes())
-
-
-def test_in_six_dimensions_the_kernel_has_full_rank() -> None:
-    rng = np.random.default_rng(7)
-    x = rng.normal(size=(110, 6)) * 0.4
-    y = 60.0 * x[:, 0] * np.abs(x[:, 0]) + 4.0 * rng.normal(size=110)
-    each = np.ones(110)
-    solution = dual.solve(x, y, gamma=2.0, C=100.0, epsilon=0.5)
-    assert violation(x, y, solution.weight, 2.0, 100.0 * each, 0.5 * each) < 1e-9
-    assert solution.certified_error < 0.01
 
 
 @pytest.mark.parametrize("seed", [1080, 1445, 2702])
@@ -132,6 +94,28 @@ def test_offline_sets_need_memory_in_proportion_to_their_size() -> None:
     tracemalloc.stop()
     assert solution.certified_error < 0.01
     assert peak < 200 * 8 * y.size  # 200 numbers for each sample; the kernel matrix would be 20,000
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_papers_passes_reach_what_solve_reaches(seed: int) -> None:
+    x, y = yaw_samples(seed, old=20, new=20)
+    exact = dual.solve(x, y, gamma=30.0, C=100.0, epsilon=1.0)
+    walked = dual.coordinate_descent(x, y, gamma=30.0, C=100.0, epsilon=1.0, passes=20_000, gap=1e-9)
+    assert walked.gap <= 1e-9 * abs(walked.objective)
+    apart = np.abs(rbf(x, x, 30.0) @ (walked.weight - exact.weight)).max()
+    assert apart <= walked.certified_error + exact.certified_error
+    assert exact.objective <= walked.objective
+
+
+def test_the_signs_as_printed_in_the_paper_would_ascend() -> None:
+    """One sample tells them apart: y = 5 must give θ = 5 − ε."""
+    y, epsilon, C = 5.0, 0.1, 1000.0
+    walked = dual.coordinate_descent([0.1], [y], gamma=10.0, C=C, epsilon=epsilon)
+    assert walked.weight == pytest.approx([y - epsilon])
+    alpha = float(np.clip(0.0 - (epsilon + y - 0.0), 0.0, C))
+    beta = float(np.clip(0.0 - (epsilon - y + alpha), 0.0, C))
+    printed = alpha - beta
+    assert 0.5 * printed**2 + epsilon * abs(printed) - y * printed > 0.0  # worse than not starting at all
 
 
 @pytest.mark.parametrize(

@@ -71,12 +71,6 @@ def test_the_deviations_are_those_of_many_runs_in_water() -> None:
             assert claimed.heading_sigma[k, 0] == pytest.approx(float(heading.std()), rel=0.06)
 
 
-def test_a_doubt_of_the_curve_is_off_to_one_side_for_long() -> None:
-    runs = propagate(line(20.0, sigma=1.0), np.zeros(1), 0.0, np.zeros((2001, 1)), STEP)
-    assert runs.rate_sigma[-1, 0] == pytest.approx(1.0 / 20.0, rel=1e-3)
-    assert runs.heading_sigma[-1, 0] == pytest.approx(100.0 / 20.0 - INERTIA / 400.0, rel=0.01)
-
-
 def test_an_interval_is_as_wide_as_95_of_100_errors_were() -> None:
     errors = np.random.default_rng(2).permutation(np.linspace(0.0, 10.0, 101)[1:])
     scores = np.column_stack((100.0 * np.arange(100), errors, 2.0 * errors))

@@ -63,3 +63,7 @@ def test_a_free_run_knows_the_command_and_the_turn_before_it() -> None:
     forgotten = model.simulate(signals.pieces(later))[1]
     assert np.max(np.abs(known - whole)) < 1e-6 + 0.002 * np.max(np.abs(whole))
     assert np.max(np.abs(forgotten - whole)) > 0.05 * np.max(np.abs(whole))
+
+
+def test_a_run_that_diverged_finds_some_damping_and_does_not_warn() -> None:
+    assert np.isfinite(RUBBING.drag()(np.array([np.nan, np.inf, -1e9]))).all()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,21 @@ from incsvr.numerics import Array
 from incsvr.tracing.gyro import check_gyro
 from service.recordings.recording_csv import read
 from simulator.plans import OPEN_LOOP
-from tests.worlds import trial
+from simulator.world import Outcome, play_together
+from tests.worlds import of_trial
+
+PLAYED = [(excitation, vehicle) for excitation in OPEN_LOOP for vehicle in ("leng", "small")]
+
+
+@cache
+def logs() -> dict[tuple[str, str], Outcome]:
+    """All excitations of both vehicles, played side by side."""
+    missions = [of_trial(3, (), vehicle, excitation, 300.0) for excitation, vehicle in PLAYED]
+    return dict(zip(PLAYED, play_together(missions), strict=True))
 
 
 def streams(excitation: str = "multisine", vehicle: str = "leng") -> tuple[Array, Array, Array]:
-    columns = trial(3, (), vehicle, excitation, 300.0).recording
+    columns = logs()[excitation, vehicle].recording
     turned, pushed = np.isfinite(columns.columns["yaw_rate"]), np.isfinite(columns.columns["torque"])
     time = columns.time[turned]
     torque = np.interp(time, columns.time[pushed], columns.columns["torque"][pushed])
@@ -50,8 +61,7 @@ def test_a_clipped_gyro_is_named_with_its_limit(sides: tuple[float, float]) -> N
         check_gyro("run", time, np.asarray(np.clip(rate, limits[0], limits[1]), dtype=np.float64), torque)
 
 
-@pytest.mark.parametrize("vehicle", ["leng", "small"])
-@pytest.mark.parametrize("excitation", OPEN_LOOP)
+@pytest.mark.parametrize(("excitation", "vehicle"), PLAYED)
 def test_a_coarse_gyro_is_no_broken_one(excitation: str, vehicle: str) -> None:
     time, rate, torque = streams(excitation, vehicle)
     check_gyro("run", time, rate, torque)

@@ -31,7 +31,7 @@ def error(samples: Samples) -> float:
 @pytest.mark.parametrize("every", [0.5, 0.2])
 @pytest.mark.parametrize("torque", [None, "commanded"])
 def test_a_slow_command_that_holds_gives_samples_that_are_right(every: float, torque: str | None) -> None:
-    streams = slow(4, every).streams()
+    streams = slow(4, every, duration=300.0).streams()
     samples, _ = synchronise(replace(SETTINGS, torque=torque), streams)  # type: ignore[arg-type]
     assert len(samples) > 400
     assert abs(error(samples)) < 0.03
@@ -40,7 +40,7 @@ def test_a_slow_command_that_holds_gives_samples_that_are_right(every: float, to
 
 
 def test_on_a_line_between_its_messages_it_is_wrong_and_that_is_said() -> None:
-    streams = slow(4, 0.5).streams()
+    streams = slow(4, 0.5, duration=300.0).streams()
     settings = replace(SETTINGS, torque="measured", smoothing=0.45)
     samples, _ = synchronise(settings, streams)
     assert error(samples) > 0.2
@@ -103,5 +103,5 @@ def test_a_torque_that_never_repeats_is_no_command_that_was_seen_to_hold() -> No
 
 
 def test_where_the_command_held_the_inertia_is_told_however_slowly_it_comes() -> None:
-    estimate = identify(held_motions(slow(10, 0.5).streams(), 0.5))
+    estimate = identify(held_motions(slow(10, 0.5, duration=200.0).streams(), 0.5))
     assert abs(estimate.inertia - ROV.inertia) < 0.02

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,24 +48,28 @@ def test_spikes_do_not_move_it() -> None:
     assert estimate.inertia == pytest.approx(1.5, rel=0.05)
 
 
-@pytest.mark.parametrize("torque", [0.0, 3.0])
-def test_without_changes_it_is_refused(torque: float) -> None:
+def steady(torque: float) -> Motion:
     time = np.arange(0.0, 20.0, 0.05, dtype=np.float64)
-    rate = np.random.default_rng(0).normal(0.3, NOISE, time.size)
-    with pytest.raises(BadInput, match="inertia cannot be estimated"):
-        identify([Motion(time, np.full(time.size, torque), time, rate)])
+    return Motion(time, np.full(time.size, torque), time, np.random.default_rng(0).normal(0.3, NOISE, time.size))
 
 
-def test_a_rate_that_ignores_the_torque_is_refused() -> None:
-    good = run(1)
-    other = np.random.default_rng(0).normal(0.0, 0.5, good.yaw_rate.size)
-    with pytest.raises(BadInput, match="no free run follows"):
-        identify([Motion(good.torque_time, good.torque, good.rate_time, other)])
+UNMOVED = replace(run(1), yaw_rate=np.random.default_rng(0).normal(0.0, 0.5, run(1).yaw_rate.size))
+"""A rate that ignores the torque."""
 
 
-def test_nothing_at_all_is_refused() -> None:
-    with pytest.raises(BadInput, match="inertia cannot be estimated"):
-        identify([])
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ([], "inertia cannot be estimated"),
+        ([steady(0.0)], "inertia cannot be estimated"),
+        ([steady(3.0)], "inertia cannot be estimated"),
+        ([UNMOVED], "no free run follows"),
+    ],
+    ids=["nothing", "at rest", "steady", "ignored"],
+)
+def test_motion_that_does_not_tell_it_is_refused(given: list[Motion], sentence: str) -> None:
+    with pytest.raises(BadInput, match=sentence):
+        identify(given)
 
 
 def test_a_recording_is_cut_at_the_gaps_of_either_stream() -> None:

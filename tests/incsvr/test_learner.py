@@ -199,16 +199,6 @@ def test_whatever_comes_is_learned_within_bounds(policy: Policy, parts: list[lis
         json.dumps(state.to_dict(), allow_nan=False)
 
 
-def test_channels_pass_by_the_learner() -> None:
-    batch = stream(11, 50)
-    with_depth = replace(batch, channels={"depth": np.linspace(0, 49, 50)})
-    settings = Settings()
-    plain_state, _ = step(settings, start(settings), batch)
-    state, iteration = step(settings, start(settings), with_depth)
-    assert plain(state.to_dict()) == plain(plain_state.to_dict())
-    assert not iteration.new.channels
-
-
 @pytest.mark.parametrize(
     ("batch", "cure"),
     [
@@ -280,10 +270,3 @@ def test_a_state_of_the_paper_over_several_velocities_goes_on_under_weighted() -
 def test_settings_that_make_no_sense_are_refused(wrong: dict[str, Any], cure: str) -> None:
     with pytest.raises(BadInput, match=cure):
         Settings(**wrong)
-
-
-@policies
-def test_more_vectors_than_the_papers_may_be_kept(policy: Policy) -> None:
-    settings = Settings(policy=policy, capacity=150, epsilon=0.0)
-    state, _ = run(settings, stream(77, 1000))
-    assert 60 < state.model.weight.size <= 150

@@ -28,13 +28,6 @@ def learned() -> Model:
     return run(Settings(policy="weighted"), stream(1, 1000))[0].model
 
 
-def test_the_table_is_the_sum(learned: Model) -> None:
-    low, high = learned.trained_range or (0.0, 0.0)
-    rate = np.concatenate((np.linspace(low, high, 3001), [low, high]))
-    np.testing.assert_allclose(learned.predict(rate).damping, learned.evaluate(rate), atol=1e-5)
-    assert not learned.predict(rate).extrapolated.any()
-
-
 @given(st.integers(1, 40), st.floats(0.1, 1000.0), st.integers(0, 1000))
 def test_the_table_is_the_sum_for_any_model(n: int, gamma: float, seed: int) -> None:
     rng = np.random.default_rng(seed)

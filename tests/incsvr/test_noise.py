@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from incsvr.learning.learner import Settings
 from incsvr.learning.policies.noise import HORIZON_SAMPLES, Noise
+from tests.incsvr.learning import Policy, drag, policies, run, stream
 
 STILL = Noise.start((-0.25, 0.25))
 """Before the first batch."""
@@ -33,14 +35,6 @@ def test_level_and_colour_are_found(rho: float) -> None:
     assert np.mean([noise.correlation for noise in found]) == pytest.approx(rho, abs=0.08)
 
 
-def test_outliers_hardly_move_the_level() -> None:
-    rng = np.random.default_rng(1)
-    residual = 4.0 * rng.normal(size=1000)
-    clean = track(residual).sigma
-    residual[rng.random(1000) < 0.1] += 1000.0
-    assert track(residual).sigma == pytest.approx(clean, rel=0.25)
-
-
 def test_a_loud_time_is_forgotten() -> None:
     rng = np.random.default_rng(2)
     noise = track(40.0 * rng.normal(size=500))
@@ -55,6 +49,12 @@ def test_missing_samples_are_no_neighbours() -> None:
     assert STILL.after(np.ones(50), 2 * np.arange(50), np.zeros(50)).correlation == 0.0
 
 
-def test_before_the_first_batch_there_is_no_level() -> None:
-    assert np.isnan(STILL.sigma)
-    assert STILL.after(np.zeros(5), np.arange(5), np.zeros(5)).sigma > 0.0
+@policies
+def test_a_served_sigma_follows_the_rate(policy: Policy) -> None:
+    samples = stream(21, 700, wild=0.0)
+    noise = samples.damping - drag(samples.yaw_rate)
+    samples.damping[:] = drag(samples.yaw_rate) + noise * (0.5 + 4.0 * np.abs(samples.yaw_rate))
+    model = run(Settings(policy=policy), samples)[0].model
+    quiet, loud = model.predict([0.02, 0.23]).sigma
+    assert 1.6 < quiet < 3.5
+    assert 4.5 < loud < 8.0

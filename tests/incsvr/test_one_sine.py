@@ -8,6 +8,10 @@ import pytest
 from incsvr.numerics import Array
 from incsvr.tracing import trace
 from incsvr.tracing.run import Run
+from simulator.mission import Mission
+from simulator.sensors import Sensor
+from simulator.vehicles import TURNING
+from simulator.world import play
 from tests.worlds import as_run, trial
 
 INERTIA = 300.0
@@ -61,3 +65,14 @@ def test_how_the_streams_were_sampled_makes_no_effect(seed: int) -> None:
     """Commands stand for longer than a sample of the sensor: on one sine that delay looks like water that remembers."""
     outcome = trial(seed, (), "small", "sine", 500.0)
     assert trace([as_run(outcome.recording)], inertia=outcome.inertia, torque="measured").effects == ()
+
+
+@pytest.mark.slow
+def test_a_lag_that_only_smooths_a_noisy_torque_is_not_named() -> None:
+    small = TURNING["small"]
+    sensors = (Sensor("yaw_rate", 20.0, 0.002), Sensor("torque", 20.0, 0.06 * small.torque))
+    outcome = play(Mission(small, "multisine", 3, duration=360.0, beats=25.0, sensing=lambda *_: sensors))
+    found = trace([as_run(outcome.recording)], inertia=outcome.inertia)
+    assert found.effects == ()
+    (reason,) = (each.reason for each in found.rejected if each.effect == "torque_lag")
+    assert "lowers the free run's error on held-out pieces by" in reason

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from incsvr.learning.criteria import forgetting
 from incsvr.learning.dual import solve
 from incsvr.learning.learner import Settings, State, start, step
 from incsvr.learning.policies.paper import Memory
 from incsvr.signals.samples import Samples
 from tests.incsvr.learning import batches, drag, rms, run, stream
-from tests.incsvr.test_criteria import forget_one_by_one
 
 PAPER = Settings(policy="paper")
 Points = list[tuple[float, float]]
@@ -27,6 +29,30 @@ def theta(points: Points) -> list[float]:
 
 def value(points: Points, weights: list[float], rate: float) -> float:
     return sum(weight * kernel(point[0], rate) for point, weight in zip(points, weights, strict=True))
+
+
+def forget_one_by_one(rate: list[float], capacity: int, bins: int, low: float, high: float) -> list[int]:
+    """As the paper says it: while there are more than `capacity`, delete the oldest in the fullest bin."""
+    left = list(range(len(rate)))
+    place = [min(max(int((r - low) / (high - low) * bins), 0), bins - 1) for r in rate]
+    while len(left) > capacity:
+        members: dict[int, list[int]] = {}
+        for position in left:
+            members.setdefault(place[position], []).append(position)
+        fullest = max(len(group) for group in members.values())
+        left.remove(min(group[0] for group in members.values() if len(group) == fullest))
+    return left
+
+
+@given(
+    # On a grid of sixty-fourths, so that no rounding decides on which side of a bin's edge a rate lies.
+    rate=st.lists(st.integers(-80, 80).map(lambda k: k / 64), min_size=0, max_size=60),
+    capacity=st.integers(1, 50),
+    bins=st.sampled_from([1, 2, 8, 32]),
+)
+def test_forgetting_is_the_papers_one_by_one(rate: list[float], capacity: int, bins: int) -> None:
+    stays = forgetting(np.array(rate), capacity=capacity, bins=bins, rate_range=(-1.0, 1.0))
+    assert np.flatnonzero(stays).tolist() == forget_one_by_one(rate, capacity, bins, -1.0, 1.0)
 
 
 def reference_step(vectors: Points, served: tuple[Points, list[float]], batch: Points) -> tuple[Points, Points]:

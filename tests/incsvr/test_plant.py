@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.free_run.integrator import free_run, tabulated
-from incsvr.numerics import Array
+from incsvr.free_run.integrator import free_run
 from incsvr.plant import Thruster, damping_moment, thruster_torque
 
 
@@ -61,12 +60,3 @@ def test_a_free_run_that_runs_away_says_so() -> None:
 
 def test_an_empty_free_run_is_empty() -> None:
     assert free_run(np.empty(0), np.empty(0), 0.0, inertia=1.0, damping=lambda r: r).size == 0
-
-
-def test_a_table_stands_for_the_damping() -> None:
-    def damping(rate: Array) -> Array:
-        return rate * (130.0 + 800.0 * np.abs(rate))
-
-    table = tabulated(damping, limit=0.5)
-    rates = np.random.default_rng(0).uniform(-0.8, 0.8, 500)
-    np.testing.assert_allclose([table(rate) for rate in rates.tolist()], damping(rates), atol=1e-4)

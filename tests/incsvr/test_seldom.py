@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from incsvr.numerics import Array
-from incsvr.signals.message_rates import SlowTorque, slow_torque
+from incsvr.signals.message_rates import slow_torque
 from incsvr.signals.scales import time_scale
 
 TIME = np.arange(0.0, 200.0, 0.05, dtype=np.float64)
@@ -51,13 +51,6 @@ def test_commands_at_2_hz_are_said_with_the_cure() -> None:
 def test_what_is_sent_on_change_is_known_between() -> None:
     at, levels = held(780101)
     assert slow_torque((TIME, turning(at, levels)), (at, levels)) is None
-
-
-def test_the_cure_is_in_the_words_of_whose_log_it_is() -> None:
-    slow = SlowTorque(0.5, 0.3, 20)
-    assert "SDLOG_PROFILE" in slow.of_a_log_by("px4")
-    assert "SERVO_OUTPUT_RAW" in slow.of_a_log_by("blueos")
-    assert slow.of_a_log_by(None).endswith("record it at 20 Hz or more")
 
 
 def test_noise_of_a_gyro_says_nothing_of_how_fast_a_vehicle_is() -> None:

@@ -15,7 +15,7 @@ from incsvr.learning import checked_learner, dual
 from incsvr.learning.kernel import rbf, rbf_at_rest
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.policies.noise import Noise
-from incsvr.learning.several_velocities.drag import Drag, fitted
+from incsvr.learning.several_velocities.drag import Drag
 from incsvr.learning.several_velocities.freeing import by_itself, streams_by_itself
 from incsvr.learning.several_velocities.surface import Several
 from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
@@ -117,15 +117,6 @@ def test_the_drag_knows_that_port_is_the_mirror_of_starboard(own: str, others: t
     assert not drag.terms(np.zeros((1, 3))).any()
     assert drag.damps.size == there.shape[1]
     assert np.linalg.matrix_rank(drag.terms(np.random.default_rng(4).normal(size=(200, 3)))) == there.shape[1]
-
-
-def test_the_drag_is_found_though_a_tenth_is_wild() -> None:
-    rng = np.random.default_rng(5)
-    drag, true = Drag.of("yaw_rate", OTHERS), rng.normal(size=10) * 50.0
-    phi = drag.terms(rng.uniform(-1.0, 1.0, (400, 3)))
-    y = phi @ true + rng.normal(size=400)
-    y[::10] += 300.0
-    assert np.abs(fitted(phi, y, np.ones(400), float("nan")) - true).max() < 5.0
 
 
 def test_coupled_damping_is_learned_that_one_velocity_cannot_tell() -> None:

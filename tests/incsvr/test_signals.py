@@ -204,29 +204,6 @@ def test_a_wrong_second_stamp_is_not_the_first_clock() -> None:
     assert not synchroniser.readings["yaw_rate"].began_anew
 
 
-def test_the_size_of_the_blocks_makes_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
-    """They only bound the memory."""
-    whole, _ = synchronise(SETTINGS, sine(60.0))
-    monkeypatch.setattr("incsvr.signals.smoothing._BLOCK_VALUES", 100)
-    monkeypatch.setattr("incsvr.signals.synchroniser._BLOCK_SAMPLES", 7)
-    monkeypatch.setattr("incsvr.signals.playing._BLOCK_VALUES", 7)
-    assert same(whole, synchronise(SETTINGS, sine(60.0))[0])
-
-
-def test_a_single_wrong_stamp_does_not_deafen_the_stream() -> None:
-    after = [(2.0 + 0.1 * k, 0.0) for k in range(20)]
-    synchroniser = push_all([*REGULAR, (7000.0, 0.0), *after])
-    assert synchroniser.rejected == {"clock_jump": 1}
-    assert synchroniser.newest("yaw_rate") == after[-1][0]
-
-
-def test_a_long_pause_is_no_fault() -> None:
-    later = [(9000.0 + 0.1 * k, 0.0) for k in range(20)]
-    synchroniser = push_all([*REGULAR, *later])
-    assert synchroniser.rejected == {}
-    assert synchroniser.newest("yaw_rate") == later[-1][0]
-
-
 def test_a_pause_of_years_costs_nothing() -> None:
     streams = sine()
     joined = {name: (np.concatenate((time, time + 1e9)), np.tile(value, 2)) for name, (time, value) in streams.items()}

@@ -7,7 +7,7 @@ import pytest
 
 from incsvr.numerics import Array
 from incsvr.tracing.disturbance import disturbance
-from incsvr.tracing.spells import sentence, spans, spells
+from incsvr.tracing.spells import spans, spells
 from incsvr.tracing.thresholds import SPELL_P_VALUE
 
 N = 2000
@@ -50,12 +50,6 @@ def test_one_outlier_is_no_spell() -> None:
     assert not spells(left, STILL, 20.0).any()
 
 
-def test_a_sentence_names_the_first_spells_and_counts_the_rest() -> None:
-    said = sentence([(10.0 * k, 10.0 * k + 4.0) for k in range(8)])
-    assert "10–14 s" in said
-    assert "3 more" in said
-
-
 @pytest.mark.parametrize("time", [0.5, 2.0])
 def test_a_disturbance_has_its_size_share_and_time(time: float) -> None:
     random, kept = np.random.default_rng(4), np.exp(-0.1 / time)
@@ -66,8 +60,3 @@ def test_a_disturbance_has_its_size_share_and_time(time: float) -> None:
     assert found["torque_rmse"] == pytest.approx(2.0, rel=0.05)
     assert found["share_of_torque"] == pytest.approx(0.05, rel=0.05)
     assert found["correlation_time_s"] == pytest.approx(time, rel=0.15)
-
-
-def test_what_is_left_beside_no_torque_is_no_part_of_it() -> None:
-    left = np.random.default_rng(4).normal(size=100)
-    assert set(disturbance(left, 0.1, np.zeros(10))) == {"torque_rmse", "correlation_time_s"}

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from incsvr.forecasting.command_cells import CommandCells
-from incsvr.forecasting.prediction_noise import START, fitted_noise, whiten
 from incsvr.forecasting.thrust_watch import WATCH_PERIOD_S, ThrustChange, ThrustState, look
 from incsvr.numerics import Array
 
@@ -129,20 +128,3 @@ def test_each_command_has_a_cell_also_where_stamps_jitter(period: float) -> None
     seldom: Array = np.arange(0.0, time[-1], 0.1)
     cells = CommandCells.of((seldom, np.sin(seldom)), (time, np.cos(time)), -np.inf, np.inf, held=True)
     assert float(cells.length.min()) > 0.07  # between two values of the gyro nothing shows
-
-
-def test_noise_is_whitened_as_its_recursion_says_and_found_again() -> None:
-    random = np.random.default_rng(1)
-    noise = np.array([2.5, -2.0, 0.8])
-    pole, first, second = 1.0 / (1.0 + np.exp(-2.5)), np.tanh(-1.0), np.tanh(0.4)
-    innovation = random.standard_normal(4000)
-    made = np.zeros(4000)
-    for k in range(4000):
-        before = innovation[max(k - 2, 0) : k][::-1]
-        made[k] = innovation[k] + (pole * made[k - 1] if k else 0.0)
-        made[k] += float(np.dot((first * (1.0 + second), second)[: before.size], before))
-    np.testing.assert_allclose(whiten(noise, made[:, None])[:, 0], innovation, atol=1e-9)
-    causes = random.standard_normal((4000, 2))
-    again = fitted_noise(made + causes @ [3.0, -1.0], causes, np.array(START))
-    left = whiten(again, made[:, None])[:, 0]
-    assert left[100:].std() == pytest.approx(1.0, abs=0.05)

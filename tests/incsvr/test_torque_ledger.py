@@ -189,8 +189,3 @@ def test_what_refers_to_the_clock_of_its_recording_is_left_out() -> None:
     kept = compensation(LAG_TERM, wave, drift)
     assert kept.names == ("torque_lag",)
     assert kept.left_out == ("wave", "bias_drift")
-
-
-def test_a_term_of_another_form_is_refused() -> None:
-    with pytest.raises(ValueError, match="zip"):
-        compensation(Term("bias_torque", "", (1.0, 2.0)))

@@ -19,15 +19,25 @@ from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline
 from service.recordings.recording_csv import read
-from tests.worlds import as_run, trial
+from simulator.world import Outcome, play_together
+from tests.worlds import as_run, of_trial, trial
 
 PUBLISHED = 1.125
 """Moment of inertia of the measured ROV, as published [kg m²]."""
 
 
 @cache
-def traced(*effects: str, vehicle: str = "leng", excitation: str = "multisine", seed: int = 11) -> Trace:
-    outcome = trial(seed, effects, vehicle, excitation)
+def played() -> dict[tuple[tuple[str, ...], int], Outcome]:
+    """By hidden effects and seed: Leng under many sines, all side by side."""
+    hidden = ("torque_lag", "bias_torque", "heading_current", "inertia")
+    cases = [*(((name,), 11) for name in hidden), ((), 11), ((), 12)]
+    outcomes = play_together([of_trial(seed, effects, kind="multisine") for effects, seed in cases])
+    return dict(zip(cases, outcomes, strict=True))
+
+
+@cache
+def traced(*effects: str, seed: int = 11) -> Trace:
+    outcome = played()[effects, seed]
     return trace([as_run(outcome.recording)], inertia=outcome.inertia)
 
 
@@ -48,7 +58,7 @@ def test_names_what_is_hidden_and_proves_it(effect: str) -> None:
 
 @pytest.mark.parametrize("effects", [("torque_lag",), ()])
 def test_a_trace_that_is_asked_for_effects_alone_is_the_same_or_none(effects: tuple[str, ...]) -> None:
-    whole, outcome = traced(*effects), trial(11, effects, kind="multisine")
+    whole, outcome = traced(*effects), played()[effects, 11]
     found = trace_if_found([as_run(outcome.recording)], inertia=outcome.inertia)
     assert (None if found is None else found.to_dict()) == (whole.to_dict() if whole.effects else None)
     assert (found is None) == (not effects)

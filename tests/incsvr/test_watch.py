@@ -41,28 +41,6 @@ def followed(state: State, samples: Samples) -> tuple[Memory, str | None]:
     return Memory(vectors, memory.fastest, memory.noise, watch), sentence
 
 
-def test_all_vectors_move_by_the_gain_and_keep_less_information(learned: State) -> None:
-    before = learned.memory
-    assert isinstance(before, Memory)
-    after, sentence = followed(learned, batch(2, 0.2, 0.24))
-    assert sentence is not None
-    assert "has changed by about +" in sentence
-    rate = before.vectors.points.yaw_rate
-    moved = after.vectors.points.damping - before.vectors.points.damping
-    fast = np.abs(rate) > 0.1
-    np.testing.assert_allclose(moved[fast] / drag(rate[fast]), 0.2, atol=0.08)
-    assert (after.vectors.information < before.vectors.information).all()
-    assert after.vectors.information[fast].max() < 0.3 * before.vectors.information[fast].max()
-
-
-def test_without_a_change_nothing_moves(learned: State) -> None:
-    before = learned.memory
-    assert isinstance(before, Memory)
-    after, sentence = followed(learned, batch(3, 0.0, 0.24))
-    assert sentence is None
-    assert after.vectors is before.vectors
-
-
 def test_a_correction_is_not_trusted_beyond_the_rates_that_showed_it(learned: State) -> None:
     before = learned.memory
     assert isinstance(before, Memory)

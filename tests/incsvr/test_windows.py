@@ -9,7 +9,6 @@ from incsvr.effects import catalogue
 from incsvr.tracing import innovations, windows
 from incsvr.tracing.cells import Cut, cut
 from incsvr.tracing.errors import Problem
-from incsvr.tracing.fit import fit
 from incsvr.tracing.hypothesis import Hypothesis, starts
 from incsvr.tracing.torque_nature import TorqueNature
 from tests.incsvr.turning import INERTIA, PERIOD, command, instants, turning
@@ -43,14 +42,6 @@ def test_a_held_torque_is_its_exact_mean_in_each_cell() -> None:
     np.testing.assert_allclose(cells.signals.torque[5:50], expected, atol=0.5)
 
 
-def test_an_error_is_the_simulated_less_the_measured_rate() -> None:
-    problem = posed()
-    errors, response = problem.errors(problem.start)
-    cells, spans = problem.cells, problem.windows
-    alone = response.dynamics.simulate(spans.take(np.array([7])))
-    np.testing.assert_allclose(errors[:, 7], alone.rate[1:, 0] - cells.end[spans.index[:, 7]])
-
-
 @pytest.mark.parametrize("form", ["windows", "innovations"])
 @pytest.mark.parametrize(
     "key",
@@ -74,14 +65,6 @@ def test_analytic_slopes_are_those_of_simulations(key: str, form: str) -> None:
         numeric = (up - down) / (2.0 * step[k])
         scale = float(np.sqrt(np.mean(numeric**2)))
         assert np.sqrt(np.mean((analytic[k] - numeric) ** 2)) < 0.2 * scale + least, k
-
-
-def test_a_fit_finds_the_damping() -> None:
-    problem = windows.pose([turning(2, command(2, TIME))], INERTIA, [], HELD)
-    found = fit(problem, problem.start, problem.colour).hypothesis
-    rates = np.array([-0.2, -0.1, 0.1, 0.2])
-    drag = found.damping @ found.basis.columns(rates)
-    np.testing.assert_allclose(drag, 120.0 * rates + 700.0 * rates * np.abs(rates), rtol=0.15)
 
 
 def test_long_recordings_are_thinned_evenly_and_say_so() -> None:

@@ -49,15 +49,6 @@ def test_the_samples_scatter_about_the_true_damping_and_are_seen_by_no_sensor(
     assert abs(np.mean(bias)) < 4.0 * 4.2 * np.sqrt(1.2 / 0.8) / np.sqrt(20 * 1250)
 
 
-def test_the_gyro_adds_a_hundredth_of_a_newton_metre(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(leng, "WATER", 0.0)
-    monkeypatch.setattr(leng, "WAVERING", {False: (0.0, 0.0)})
-    monkeypatch.setattr(leng, "ROTOR_NOISE", 0.0)
-    run = leng.samples(leng.recording("T1", 0))
-    slow = np.abs(run.yaw_rate) < 0.2  # where d(r) is not bent by the filter itself
-    assert 0.005 < np.std((run.damping - leng.damping(run.yaw_rate))[slow]) < 0.05
-
-
 def test_the_hull_adds_about_a_tenth() -> None:
     rates = np.linspace(0.05, 0.25, 9, dtype=np.float64)
     np.testing.assert_allclose(leng.damping(rates, hull=True) / leng.damping(rates), 1.1, atol=0.02)

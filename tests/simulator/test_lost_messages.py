@@ -16,7 +16,7 @@ from service.cli.command_line import main
 from service.host.host import Host
 from service.host.worker_threads import WorkerThreads
 from service.recordings.recording_csv import write
-from service.wire import Health, Keys
+from service.wire import Keys
 from simulator import leng
 from simulator.lost_messages import Loss, health, loss, settled
 from tests.service.conftest import PATIENCE, configured, cut
@@ -72,15 +72,6 @@ def test_where_nothing_is_lost_it_says_how_far_it_is_and_no_more(run: Path, caps
             now = health(client, KEYS)
     assert now is not None
     assert loss(KEYS, {}, now, now) == Loss("leng/yaw", 0, 0)
-
-
-def test_of_a_learner_that_began_anew_no_loss_is_known() -> None:
-    before, after = (Health(level="OK", boot=boot) for boot in ("one", "other"))
-    assert loss(KEYS, {}, before, after) is None
-    assert loss(KEYS, {}, None, after) is None
-    busy = Loss("a", 0, 12).sentence(100, 50.0)
-    assert busy is not None
-    assert "lost 12 samples that waited for training" in busy
 
 
 @pytest.mark.parametrize("bus", [True, False])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -87,12 +86,6 @@ def test_the_errors_are_there(run: Run, recorded: Path) -> None:
     logged = rows(recorded, "Scalars:scalars", "/error")["/error/progressive"]
     expected = {report.iteration: [report.progressive_mae] for report, _ in run.iterations[1:]}
     assert logged == expected
-
-
-def test_the_error_on_a_batch_is_that_of_what_was_served_before_it(run: Run) -> None:
-    for (_, served), (report, _) in pairwise(run.iterations):
-        said = served.model().predict(report.batch.rate).damping
-        assert report.progressive_mae == pytest.approx(np.mean(np.abs(said - report.batch.damping)), rel=1e-6)
 
 
 def test_the_error_of_the_untrained_model_is_in_the_name_of_the_curve(run: Run, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from incsvr.compensation.proof import Proof, errors
 from incsvr.effects import catalogue
 from incsvr.numerics import Array
-from incsvr.plant.axes import AXES, YAW
+from incsvr.plant.axes import AXES
 from incsvr.plant.words import words_of
 from incsvr.tracing.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
 from incsvr.tracing.held_out import Errors, is_proven
@@ -23,8 +23,6 @@ from incsvr.tracing.sentences import headline, irrelevance, limits, sentence
 from incsvr.tracing.spells import sentence as of_spells
 from incsvr.tracing.spells import spans
 from service.commands.trace_text import text
-from tests.viewer.test_report import Text, traced
-from viewer.report.page import page
 
 MAX_HEADLINE_WORDS = 25
 N = r"([-+−]?\d+\.?\d*(?:e[-+−]?\d+)?)"
@@ -149,20 +147,6 @@ def test_no_sentence_of_a_trace_is_denied_by_its_number(data: st.DataObject) -> 
         assert ("lowers" in first) == trace.proven
     for said in (first, "\n".join(limits(trace)), text(trace)):
         assert denied(said, trace) == []
-
-
-@pytest.fixture(scope="module")
-def found() -> Trace:
-    return traced("yaw_rate")
-
-
-@pytest.mark.slow
-@settings(max_examples=20, deadline=None)
-@given(data=st.data())
-def test_no_sentence_of_the_report_is_denied_by_its_number(found: Trace, data: st.DataObject) -> None:
-    trace, read = replace(data.draw(traces(found)), axis=YAW), Text()
-    read.feed(page(trace))
-    assert denied(" ".join(" ".join(read.words).split()), trace) == []
 
 
 @settings(max_examples=80, deadline=None)
