@@ -15,7 +15,7 @@ from incsvr.compensation.freeing import takes_torque
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, RESTORING
-from incsvr.signals import SignalSettings, synchronise
+from incsvr.signals import synchronise
 from service import wire
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
@@ -194,11 +194,3 @@ def test_weight_and_buoyancy_are_a_part_of_the_ledger() -> None:
     samples, _ = synchronise(settings, streams, takes_torque(settings, None, coupled))
     np.testing.assert_allclose(samples.damping, 5.0 * samples.yaw_rate, atol=0.05)
     np.testing.assert_allclose(samples.parts[RESTORING], -30.0 * np.sin(0.4 * np.sin(0.2 * samples.time)), atol=0.1)
-
-
-def test_yaw_alone_asks_for_nothing() -> None:
-    config = configured(learners={"yaw": {}, "surge": {"vehicle": {"axis": "surge"}}})
-    for learner in config.each():
-        assert learner.coupled() is None
-        assert learner.signals.channels == ()
-    assert config.signal_settings() == SignalSettings()

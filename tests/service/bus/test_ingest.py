@@ -9,7 +9,7 @@ import pytest
 
 from service import wire
 from service.bus.feed import Feed
-from service.bus.ingest import MIN_RING_PLACES, QUEUE_BYTES, RING_PLACES, Ingest, places
+from service.bus.ingest import MIN_RING_PLACES, QUEUE_BYTES, RING_PLACES, Ingest
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode
@@ -50,12 +50,6 @@ def test_what_waits_is_bounded_by_its_bytes_and_what_goes_for_it_is_counted() ->
             feed.drain()
         feed.close()
     assert "values rejected: queue full" in " ".join(watch.report(node).reasons)
-
-
-def test_the_learners_of_a_process_share_the_places() -> None:
-    assert places(1) == RING_PLACES
-    assert places(4) == RING_PLACES // 4
-    assert places(1000) == MIN_RING_PLACES
 
 
 @pytest.mark.parametrize("declared", [[], ["depth"]])

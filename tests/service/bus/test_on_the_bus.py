@@ -88,13 +88,6 @@ def test_the_learner_says_goodbye(start: StartBench) -> None:
     assert "DELETE" in seen.get(timeout=PATIENCE)
 
 
-def test_several_learners_share_one_process(start: StartBench, run: Recording) -> None:
-    bench = start(learners={"a": {}, "b": {"prefix": "leng/pitch", "vehicle": {"inertia": 300.0}}})
-    first, second = (host.node.config for host in bench.hosts)
-    assert (first.prefix, second.prefix, second.vehicle.inertia) == ("leng/yaw", "leng/pitch", 300.0)
-    assert second.learner == first.learner
-
-
 def test_two_recordings_in_a_row_are_one_stream_of_batches(start: StartBench, run: Recording) -> None:
     bench = start()
     models = bench.follow(bench.keys.model, wire.ModelSnapshot)

@@ -103,9 +103,3 @@ def test_status_shows_the_vehicle_and_the_axis_that_the_prefix_names(
     assert told["axes"].keys() == {"yaw", "surge"}
     assert told["axes"]["surge"]["health"]["streams"]["yaw_rate"]["value"] == 0.6
     assert told["health"]["axes"] == {"yaw": "boat/yaw", "surge": "boat/surge"}
-
-
-def test_the_health_of_a_single_axis_names_no_vehicle(untaught: Bench) -> None:
-    payload, _ = untaught.get(untaught.keys.health)
-    assert payload is not None
-    assert not {"vehicle", "axes"} & json.loads(payload).keys()

@@ -87,17 +87,6 @@ def test_python_moves_as_the_effects_say(traced: Path) -> None:
     assert module["THRUST_LAG_S"] == {5: 0.3}
 
 
-def test_stonefish_gets_what_it_can_hold_and_is_told_the_rest(traced: Path) -> None:
-    learned = of_file(traced)
-    text = in_format(learned, "stonefish", across=(2.0, 21.0))[0]
-    inertia, rotor = elements(text)
-    assert inertia.attrib == {"xyz": "2 21 24"}
-    assert rotor.attrib == {"type": "first_order"}
-    assert rotor.find("time_constant") is not None
-    assert float(rotor[0].attrib["value"]) == 0.3
-    assert "This format cannot hold: yaw linear = 9 N m s/rad; yaw quadratic = 26" in text
-
-
 def test_tables_hold_figures_intervals_and_range(traced: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", str(traced), "--format", "csv"]) == 0
     rows = {row["quantity"]: row for row in csv.DictReader(io.StringIO(capsys.readouterr().out))}

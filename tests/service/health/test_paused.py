@@ -6,6 +6,7 @@ import json
 from typing import Any
 
 import numpy as np
+import pytest
 
 from incsvr.numerics import Array
 from service.health.health_watch import HealthConditions, HealthWatch
@@ -66,6 +67,7 @@ def test_learning_pauses_while_the_torque_is_reversed_and_goes_on_after() -> Non
     assert error(node) < 3.0
 
 
+@pytest.mark.slow
 def test_a_pause_survives_a_restart() -> None:
     node = LearnerNode(configured(), boot="")
     play(node, 0.0, 270.0)

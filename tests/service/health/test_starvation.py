@@ -9,15 +9,10 @@ import pytest
 
 from incsvr.numerics import Array
 from service import wire
-from service.commands.config_output import scaled_config
 from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode
-from service.recordings.recording_csv import RATE_LIMIT
-from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
-from simulator.mission import Mission
-from simulator.world import play
 from tests.service.conftest import configured
-from tests.worlds import ROV, slow
+from tests.worlds import slow
 
 Clock = Callable[[Array], Array]
 
@@ -127,14 +122,6 @@ def test_a_silent_stream_is_said_once() -> None:
     assert not [reason for reason in health.reasons if "starved" in reason]
 
 
-def test_nothing_that_is_held_is_uncounted() -> None:
-    drive = Drive()
-    drive.go(20.0)
-    health = drive.go(100.0, yaw_rate=lambda t: t - 20.0)[-1]
-    assert health.streams["yaw_rate"].held == pytest.approx(2000, abs=60)
-    assert health.counters["held"] == sum(one.held for one in health.streams.values())
-
-
 def test_commands_that_hold_for_too_short_are_said_with_the_cure() -> None:
     signals = {"torque": "commanded", "smoothing": 0.3, "lateness": 0.0}
     node = LearnerNode(configured(vehicle={"inertia": 0.6, "rate_limit": 6.0}, signals=signals), boot="b")
@@ -184,29 +171,3 @@ def test_what_waits_to_be_taken_starves_nobody() -> None:
         for name in ("yaw_rate", "torque"):
             node.push(name, t, np.sin(t))
         assert watch.report(node).learning.state == "learning"
-
-
-def test_batches_without_evidence_starve_the_learner_by_the_data_s_time() -> None:
-    """A zigzag in water that moves the vehicle as much as its torque does, as `incsvr fit` refuses it."""
-    played = play(Mission(ROV, "zigzag", 130, duration=600.0, water=16.0))
-    recording, signals = played.recording, signals_for([played.recording], played.inertia, RATE_LIMIT)
-    samples, _ = samples_of(recording, signals, None)
-    node = LearnerNode(scaled_config(configured(), recording, signals, learner_for(samples)), boot="b")
-    watch = HealthWatch(node.config.health, started=1000.0, clock=lambda: 1000.0)
-    states = []
-    for begin in np.arange(0.0, 600.0, 5.0):
-        for name in ("yaw_rate", "torque"):
-            t, value = recording.streams()[name]
-            part = (t >= begin) & (t < begin + 5.0)
-            watch.add_values(name, t[part], value[part])
-            node.push(name, t[part], value[part])
-        while node.learn() is not None:
-            pass
-        states.append(watch.report(node))
-    assert node.served.iteration == 0
-    assert [health.learning.state for health in states[:20]] == ["learning"] * 20
-    last = states[-1]
-    assert (last.learning.state, last.learning.since < 30.0) == ("starved", True)
-    assert last.learning.why.startswith("the torque caused")
-    assert "drive steps of torque to both sides" in last.learning.why
-    assert sum("the torque caused" in reason for reason in last.reasons) == 1

@@ -81,23 +81,6 @@ def test_a_bad_question_is_told_what_is_wrong(
     assert names in error.error
 
 
-def test_a_learner_of_surge_names_its_velocity_and_unit(start: StartBench) -> None:
-    bench = start(vehicle__axis="surge")
-    for question, payload, names in (
-        ("damping", None, "name the surge velocities to answer for, such as ?rate=-0.2,0,0.2 in m/s"),
-        ("damping?rate=fast", None, "write them like -0.2,0,0.2 in m/s"),
-        ("damping?rate=nan", None, "a surge velocity is NaN, infinite or beyond 1000 m/s"),
-        ("damping", b'{"rate": [1e308]}', "a surge velocity is NaN, infinite or beyond 1000 m/s"),
-        ("damping?rate=0.1", b'{"rate": [0.2]}', "the surge velocities either by rate= or in the payload"),
-        ("feedforward", None, "plan the surge velocity in the payload"),
-    ):
-        _, error = bench.get(f"{bench.keys.prefix}/{question}", payload)
-        assert error is not None
-        assert names in error.error
-        assert "yaw" not in error.error
-        assert "rad/s" not in error.error
-
-
 def test_late_joiners_and_a_plain_get_have_the_latest_snapshot(taught: Taught) -> None:
     bench, latest = taught.bench, taught.models[-1]
     late: queue.Queue[bytes] = queue.Queue()
@@ -149,9 +132,3 @@ def test_a_learner_without_a_state_answers_for_its_newest_revisions(start: Start
     payload, _ = bench.get(f"{bench.keys.iteration}?after=1")
     assert payload is not None
     assert [report.iteration for report in wire.decode(wire.IterationHistory, payload).iterations] == [2, 3]
-
-
-def test_the_ledger_of_effects_answers_a_get(untaught: Bench) -> None:
-    payload, _ = untaught.get(untaught.keys.effects)
-    assert payload is not None
-    assert wire.decode(wire.EffectsLedger, payload).effects == ()

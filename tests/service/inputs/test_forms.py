@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import keelson
@@ -13,7 +12,6 @@ from hypothesis import strategies as st
 from keelson.payloads.Primitives_pb2 import TimestampedBool, TimestampedFloat, TimestampedInt
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from incsvr.errors import BadInput
 from service.inputs.forms import Undecodable, cdr, decoder, json5, number
 from service.logs.cdr import RosTypes
 
@@ -110,14 +108,6 @@ def test_any_bytes_are_read_or_refused(form: str, payload: bytes) -> None:
             continue
 
 
-@pytest.mark.parametrize("mode", [209, {"bits": 209}, "MAV_MODE_FLAG_SAFETY_ARMED | MAV_MODE_FLAG_CUSTOM_MODE_ENABLED"])
-def test_flags_of_mavlink_in_whichever_way_they_are_written(mode: Any) -> None:
-    payload = json.dumps({"header": {}, "message": {"type": "HEARTBEAT", "base_mode": mode}}).encode()
-    told = number(decoder("json")(payload), "message.base_mode")
-    assert told is not None
-    assert int(told) & 128
-
-
 @pytest.mark.parametrize(
     ("text", "value"),
     [
@@ -139,18 +129,3 @@ def test_json5_as_its_specification_has_it(text: str, value: Any) -> None:
 def test_what_is_no_json5_is_refused(text: str) -> None:
     with pytest.raises(Undecodable):
         decoder("json")(text.encode())
-
-
-def test_paths() -> None:
-    message = decoder("json")(b'{"a": {"b": [1, {"c": 2.5}]}, "nan": NaN, "text": "x"}')
-    assert number(message, "a.b[1].c") == 2.5
-    assert number(message, "a.b[0]") == 1.0
-    assert [number(message, path) for path in ("a", "a.b[2]", "a.b.c", "text", "z")] == [None] * 5
-    assert number(decoder("json")(b"0.25"), "") == 0.25
-
-
-def test_a_type_that_is_not_known_is_told_with_those_that_are() -> None:
-    with pytest.raises(
-        BadInput, match="sensor_msgs/msg/Imus is not read on the bus; of its package are sensor_msgs/msg/Batt"
-    ):
-        decoder("cdr:sensor_msgs/msg/Imus")

@@ -32,17 +32,6 @@ def mapping(**inputs: Any) -> InputMapper:
     return InputMapper(Inputs.model_validate(inputs))
 
 
-def test_units_directions_and_stamps() -> None:
-    rate = {"topic": "imu", "field": "gyro[2]", "unit": "mrad/s", "sign": -1, "stamp": "at", "stamp_unit": "ms"}
-    hearing = mapping(yaw_rate=rate, torque={"topic": "tau/*", "unit": "kN m", "scale": 0.5})
-    heard = hear(hearing, "imu", 100.0, gyro=[0.0, 0.0, 250.0], at=5000)
-    assert heard == {"yaw_rate": MappedValues("yaw_rate", [5.0], [-0.25])}
-    (told,) = hearing.hear("tau/yaw", b"0.4", 100.02)  # a bare number, placed by when it arrives
-    assert told.name == "torque"
-    assert [told.t[0], told.value[0]] == pytest.approx([5.02, 200.0])
-    assert hearing.hear("tau/roll", b"0.4", 100.03) == []  # what was heard first stays
-
-
 def test_stamps_of_another_clock_give_way_to_the_time_of_arrival() -> None:
     hearing = mapping(
         yaw_rate={"topic": "r", "field": "v", "stamp": "t"}, torque={"topic": "n", "field": "v", "stamp": "t"}
@@ -52,20 +41,6 @@ def test_stamps_of_another_clock_give_way_to_the_time_of_arrival() -> None:
     assert not hearing.notices()
     assert hear(hearing, "n", 50.2, t=1e9, v=2.0)["torque"].t == [pytest.approx(10.2)]
     assert any("stamps of torque are of another clock" in sentence for sentence in hearing.notices())
-
-
-@pytest.mark.parametrize(("offset", "pace", "said"), [(3.0, 1.0, 1), (-3.0, 1.0, 1), (0.3, 1.0, 0), (3.0, 50.0, 0)])
-def test_a_clock_that_is_a_little_apart_is_said(offset: float, pace: float, said: int) -> None:
-    """Two clocks that began seconds apart; a recording that is played shows nothing of it."""
-    hearing = mapping(
-        yaw_rate={"topic": "r", "field": "v", "stamp": "t"}, torque={"topic": "n", "field": "v", "stamp": "t"}
-    )
-    for k in range(60):
-        hear(hearing, "r", 0.1 * k / pace, t=10.0 + 0.1 * k, v=0.1)
-        hear(hearing, "n", 0.1 * k / pace, t=10.0 + 0.1 * k - offset, v=0.1)
-    sentences = [sentence for sentence in hearing.notices() if "stamps of torque are 3 s" in sentence]
-    assert len(sentences) == said
-    assert all(("behind" in sentence) == (offset > 0.0) for sentence in sentences)
 
 
 def test_what_comes_again_late_does_not_move_the_clock() -> None:
@@ -144,12 +119,6 @@ def test_a_parameter_that_is_none_changes_nothing(value: Any) -> None:
     assert (hearing.parameters, hearing.inputs) == (before, inputs)
 
 
-def test_a_ros_name_and_a_message_of_mavlink_stand_for_their_keys() -> None:
-    hearing = mapping(preset="blueos", yaw_rate={"topic": "SCALED_IMU2", "field": "zgyro", "unit": "mrad/s"})
-    heard = hear(hearing, "mavlink/1/1/SCALED_IMU2", 7.0, message={"time_boot_ms": 5100, "zgyro": -250})
-    assert [*heard["yaw_rate"].t, *heard["yaw_rate"].value] == pytest.approx([5.1, -0.25])
-
-
 def test_a_rudder_turns_the_wash_of_its_propeller() -> None:
     """Rudder and propeller have a key each; before the rudder has told its angle there is no moment."""
     rudder = {"topic": "rudder", "field": "deg", "unit": "deg", "sign": -1, "scale": 0.5}
@@ -204,3 +173,17 @@ def test_whatever_comes_nothing_is_raised(messages: list[tuple[str, Any]]) -> No
         for message in (anything, {"message": dict.fromkeys(FIELDS, anything)}):
             hearing.hear(f"mavlink/1/1/{kind}", json.dumps(message).encode(), 1.0)
     hearing.notices()
+
+
+@pytest.mark.parametrize(("offset", "pace", "said"), [(3.0, 1.0, 1), (-3.0, 1.0, 1), (0.3, 1.0, 0), (3.0, 50.0, 0)])
+def test_a_clock_that_is_a_little_apart_is_said(offset: float, pace: float, said: int) -> None:
+    """Two clocks that began seconds apart; a recording that is played shows nothing of it."""
+    hearing = mapping(
+        yaw_rate={"topic": "r", "field": "v", "stamp": "t"}, torque={"topic": "n", "field": "v", "stamp": "t"}
+    )
+    for k in range(60):
+        hear(hearing, "r", 0.1 * k / pace, t=10.0 + 0.1 * k, v=0.1)
+        hear(hearing, "n", 0.1 * k / pace, t=10.0 + 0.1 * k - offset, v=0.1)
+    sentences = [sentence for sentence in hearing.notices() if "stamps of torque are 3 s" in sentence]
+    assert len(sentences) == said
+    assert all(("behind" in sentence) == (offset > 0.0) for sentence in sentences)

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Bag
 
 from incsvr.signals import synchronise
@@ -67,8 +66,8 @@ def ros() -> Iterator[Message]:
             yield t + 0.003, f"{rov}/thrust", STAMPED, wrench_stamped(t, sign * torque)
 
 
-def bag(path: Path, plugin: StoragePlugin) -> Path:
-    with Bag(path, version=9, storage_plugin=plugin) as writer:
+def bag(path: Path) -> Path:
+    with Bag(path, version=9) as writer:
         lines: dict[str, Any] = {}
         for at, topic, kind, payload in ros():
             if topic not in lines:
@@ -78,11 +77,9 @@ def bag(path: Path, plugin: StoragePlugin) -> Path:
 
 
 FILES: dict[str, Callable[[Path], Path]] = {
-    "tlog": lambda folder: link.as_tlog(folder / "dive.tlog", said()),
     "BIN": lambda folder: link.as_dataflash(folder / "dive.BIN", said(), gyros=2),
     "mcap": lambda folder: link.as_mcap(folder / "recorder.mcap", said()),
-    "bag": lambda folder: bag(folder / "bag", StoragePlugin.SQLITE3),
-    "bag in mcap": lambda folder: bag(folder / "bag", StoragePlugin.MCAP),
+    "bag": lambda folder: bag(folder / "bag"),
 }
 BUSES: dict[str, tuple[float, str, Callable[[], list[tuple[str, bytes]]]]] = {
     "blueos": (BOOT, "mavlink/1/1/ATTITUDE", lambda: link.as_keys(said())),

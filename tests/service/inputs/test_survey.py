@@ -76,32 +76,6 @@ def test_a_unit_or_a_direction_that_cannot_be(sign: float, factor: float, doubt:
     assert any(doubt in sentence for sentence in doubts), doubts
 
 
-def test_outputs_at_2_hz_are_too_seldom_and_the_cure_is_a_command() -> None:
-    outputs = 0
-    slow = []
-    for key, payload in mavlink.stream(SWIM):
-        outputs += key.endswith("SERVO_OUTPUT_RAW")
-        if not key.endswith("SERVO_OUTPUT_RAW") or outputs % 10 == 0:
-            slow.append((key, payload))
-    (doubt,) = surveyed(slow)["inputs"]["torque"]["doubts"]
-    assert "the torque is sampled every 0.5 s" in doubt
-    assert "`incsvr inspect --bus --ask" in doubt
-
-
-def test_motors_that_are_taken_for_others_make_no_moment() -> None:
-    """The directions of two of four are turned: without the vehicle's parameters their moments cancel."""
-    survey = Survey(InputMapper(Inputs(preset="blueos")), LIMITS)
-    for key, payload in mavlink.stream(SWIM, 0.0, 5.0):
-        survey.hear(key, payload, 0.0)
-    assert survey.summary()["inputs"]["torque"]["doubts"][0] == "the torque is constant at 0"
-    assert "the vehicle has not sent FRAME_CONFIG" in survey.summary()["notices"][0]
-
-
-def test_stamps_in_another_unit() -> None:
-    told = {"yaw_rate": {"topic": "ATTITUDE", "field": "yawspeed", "stamp": "time_boot_ms"}}
-    assert "its stamps count milliseconds: set stamp_unit" in str(surveyed(mavlink.stream(SWIM), **told))
-
-
 @pytest.fixture
 def bus() -> Iterator[tuple[str, zenoh.Session]]:
     endpoint = free_endpoint()
@@ -189,3 +163,8 @@ def test_the_vehicle_is_asked_as_its_server_is(
 def test_what_cannot_be_asked(flags: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(command(free_endpoint(), *flags)) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_stamps_in_another_unit() -> None:
+    told = {"yaw_rate": {"topic": "ATTITUDE", "field": "yawspeed", "stamp": "time_boot_ms"}}
+    assert "its stamps count milliseconds: set stamp_unit" in str(surveyed(mavlink.stream(SWIM), **told))

@@ -145,8 +145,3 @@ def test_a_frame_by_the_vehicles_parameters() -> None:
     assert [each.field for each in found] == ["servo1_raw", "servo7_raw", "servo3_raw", "servo4_raw"]
     assert [each.direction for each in found] == [1, -1, 1, 1]
     assert [each.arm for each in found] == [0.189, -0.189, -0.189, 0.189]
-
-
-def test_torque_and_thrusters_exclude_each_other() -> None:
-    with pytest.raises(ValidationError, match="are both given"):
-        Inputs(torque=Source(topic="x", field="u"), thrusters=one(command="N"))

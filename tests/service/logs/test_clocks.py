@@ -7,36 +7,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer as Bag
 
 from incsvr.numerics import Array
 from service.inputs.clocks import Clock
 from service.recordings.recording import Recording
 from tests.service import link
 from tests.service.logs.dive import BOOT, EPOCH
-from tests.service.logs.test_middleware import DIVE, ROS2, imu, read, wrench
+from tests.service.logs.test_middleware import DIVE, dive_bag, read
 from tests.service.logs.test_whose import DIVE as SWUM
 from tests.service.logs.test_whose import read as read_vehicle
 from tests.service.logs.test_whose import written
 
-IMU, WRENCH = "sensor_msgs/msg/Imu", "geometry_msgs/msg/Wrench"
 HALF = 4.0
 """When a clock is set [s]."""
 LATE = 5.0
 """By how much a second link is late [s]."""
-
-
-def bag(folder: Path, arrival: Array, stamps: Array) -> Path:
-    """The dive as a bag whose messages arrive and are stamped then [s since 1970]."""
-    with Bag(folder / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        turns = writer.add_connection("/imu/data", IMU, typestore=ROS2)
-        pushes = writer.add_connection("/thrust", WRENCH, typestore=ROS2)
-        for k, (rate, torque) in enumerate(zip(DIVE.rate, DIVE.torque, strict=True)):
-            when = round(1e9 * float(arrival[k]))
-            writer.write(turns, when, ROS2.serialize_cdr(imu(ROS2, float(stamps[k]), rate), IMU))
-            writer.write(pushes, when, ROS2.serialize_cdr(wrench(ROS2, torque), WRENCH))
-    return folder / "bag"
 
 
 def follows(recording: Recording, within: float = 1e-5) -> None:
@@ -56,7 +41,7 @@ def set_clock(time: Array) -> Array:
 def test_a_log_whose_clock_is_set_goes_on(tmp_path: Path, stamps: str) -> None:
     aware, boot = EPOCH + DIVE.time, 50.0 + DIVE.time
     arrival = aware if stamps == "set alone" else set_clock(DIVE.time)
-    recording = read(bag(tmp_path, arrival, boot if stamps == "since boot" else set_clock(DIVE.time)))
+    recording = read(dive_bag(tmp_path, "mcap", arrival, boot if stamps == "since boot" else set_clock(DIVE.time)))
     period = float(np.median(np.diff(DIVE.time)))
     follows(recording, within=0.01 * period)
     said = [note for note in recording.notes if "the clock of the log was set at" in note]
@@ -64,7 +49,7 @@ def test_a_log_whose_clock_is_set_goes_on(tmp_path: Path, stamps: str) -> None:
 
 
 def test_a_log_without_stamps_whose_clock_is_set_goes_on(tmp_path: Path) -> None:
-    recording = read(bag(tmp_path, set_clock(DIVE.time), np.zeros(DIVE.time.size)))
+    recording = read(dive_bag(tmp_path, "mcap", set_clock(DIVE.time), np.zeros(DIVE.time.size)))
     follows(recording)
 
 
@@ -78,7 +63,7 @@ def test_a_csv_whose_clock_is_set_goes_on(tmp_path: Path) -> None:
 def test_one_stamp_far_from_the_clock_gives_way_to_its_arrival(tmp_path: Path) -> None:
     stamps = EPOCH + DIVE.time
     stamps[[20, 41]] = EPOCH + 3e8, EPOCH - 4e6
-    follows(read(bag(tmp_path, EPOCH + DIVE.time, stamps)))
+    follows(read(dive_bag(tmp_path, "mcap", EPOCH + DIVE.time, stamps)))
 
 
 @pytest.mark.parametrize("form", ["tlog", "mcap"])

@@ -59,8 +59,9 @@ def test_real_logs_are_inspected(capsys: pytest.CaptureFixture[str], field_logs:
     assert all(np.isfinite(ends).all() for each in told["streams"] for ends in each["ranges"].values())
 
 
-@pytest.mark.parametrize("command", ["fit", "trace", "tune"])
-@pytest.mark.parametrize("name", REAL)
+@pytest.mark.parametrize(
+    ("name", "command"), [*((name, "fit") for name in REAL), *(("rov_on_deck.BIN", name) for name in ("trace", "tune"))]
+)
 def test_nothing_is_learned_from_what_holds_nothing(
     capsys: pytest.CaptureFixture[str], field_logs: Path, name: str, command: str
 ) -> None:

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.plant.axes import AXES
 from service.cli.command_line import main
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
@@ -91,26 +90,6 @@ def test_files_that_do_not_go_on_are_runs_of_their_own(tmp_path: Path) -> None:
     assert [run.name for run in Reading().of_all([later, runs[1]])] == ["later.csv", "a.csv"]
 
 
-def test_runs_and_parts_of_another_axis_keep_the_vehicles_other_velocities(tmp_path: Path) -> None:
-    sway = AXES["sway"]
-    late = DIVE.time >= HALF
-    names = "t,sway,sway_force,yaw_rate"
-    paths = []
-    for name, inside in (("1.csv", ~late), ("2.csv", late), ("whole.csv", late | ~late)):
-        columns = {"sway": DIVE.rate, "sway_force": DIVE.torque, "yaw_rate": 0.1 * DIVE.rate}
-        write(tmp_path / name, Recording(name, DIVE.time[inside], {n: v[inside] for n, v in columns.items()}))
-        assert (tmp_path / name).read_text(encoding="utf-8").startswith(names)
-        paths.append(tmp_path / name)
-    reading = Reading(axis=sway)
-    (whole,) = reading.of_all(paths[2:])
-    (joined,) = reading.of_all(paths[:2])
-    same(joined, whole)
-    np.testing.assert_array_equal(joined.displaced["yaw_rate"], whole.displaced["yaw_rate"])
-    for run, wanted in zip(reading.of_all(paths[1:]), (reading.of_one(path) for path in paths[1:]), strict=True):
-        same(run, wanted)
-        assert "yaw_rate" in run.displaced
-
-
 def test_the_vehicle_is_chosen_over_all_parts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Vehicle 2 alone moves in the first part, unarmed; vehicle 1 dives in the second one, and both are heard."""
     first, second = halves(link.in_order(link.swum(DIVE)))
@@ -142,16 +121,6 @@ def test_a_folder_that_is_no_dive_says_why(tmp_path: Path, capsys: pytest.Captur
         assert "no file in this folder is a log" in refused(capsys, words[0], str(empty), *words[1:])
     both = [str(overlapping / name) for name in ("a.csv", "b.csv")]
     assert "are no parts of one dive" in refused(capsys, "inspect", *both)
-
-
-def test_a_part_that_cannot_be_read_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    good = as_csv(tmp_path / "good.csv", DIVE.time < 30.0)
-    wrong = tmp_path / "wrong.csv"
-    wrong.write_text("t,yaw_rate,torque\n", encoding="utf-8")
-    assert "wrong.csv: there are no rows" in refused(capsys, "fit", str(good), str(wrong), "--inertia", "0.6")
-    assert "absent.csv: there is no such file" in refused(
-        capsys, "fit", str(good), str(tmp_path / "absent.csv"), "--inertia", "0.6"
-    )
 
 
 def test_a_part_of_a_dive_may_be_played_cut_and_converted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,8 +11,6 @@ import pytest
 
 from service.cli.command_line import main
 from service.inputs.units import FACTORS, SI_UNITS
-from tests.service import link
-from tests.service.logs.dive import dive
 
 PLACES = {
     "yaw_rate": ("spin [deg/s]", "deg/s", -np.pi / 180.0, "rad/s"),
@@ -55,26 +53,3 @@ def test_value_unit_and_label_are_of_one_stage(tmp_path: Path, capsys: pytest.Ca
             assert float(said_factor) == pytest.approx(factor, rel=1e-4)
             assert [float(used_low), float(used_high)] == pytest.approx(used, rel=1e-4)
             assert used_unit == si
-
-
-@pytest.mark.parametrize("form", ["tlog", "BIN"])
-def test_an_autopilots_log_is_shown_in_its_own_units(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], form: str
-) -> None:
-    write = link.as_tlog if form == "tlog" else link.as_dataflash
-    log = write(tmp_path / f"dive.{form}", link.in_order(link.parameters(), link.swum(dive(8.0))))
-    assert main(["inspect", str(log), "--json", "-"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    ranges = {stream["name"]: stream["ranges"] for stream in told["streams"]}
-    assert main(["inspect", str(log)]) == 0
-    printed = {name: rest for name, *rest in QUANTITY.findall(capsys.readouterr().out)}
-    places = {"yaw_rate": told["proposal"]["yaw_rate"], **told["proposal"]["channels"]}
-    assert printed.keys() == {"torque", *places}
-    for name, place in places.items():
-        unit, low, high, *_ = printed[name]
-        assert unit == place["unit"]
-        assert [float(low), float(high)] == pytest.approx(ranges[place["topic"]][place["field"]], rel=1e-4)
-    unit, low, high, *_ = printed["torque"]
-    used = told["measured"]["torque"]
-    assert unit == used["unit"] == "N m"
-    assert [float(low), float(high)] == pytest.approx([used["low"], used["high"]], rel=1e-4)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import struct
 import time as clock
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +32,7 @@ from tests.service.logs.dive import BOOT, EPOCH, dive
 DIVE = dive(seconds=10.0)
 ROS2 = get_typestore(Stores.ROS2_JAZZY)
 ROS1 = get_typestore(Stores.ROS1_NOETIC)
+IMU, WRENCH = "sensor_msgs/msg/Imu", "geometry_msgs/msg/Wrench"
 
 
 def read(path: Path, *columns: str, learns: bool = True) -> Recording:
@@ -69,58 +69,51 @@ def wrench(store: Any, torque: float) -> Any:
     return store.types["geometry_msgs/msg/Wrench"](vector(0.0, 0.0, 0.0), vector(0.0, 0.0, torque))
 
 
-def messages(store: Any) -> Iterator[tuple[str, str, int, Any]]:
-    """Topic, type, time of arrival [ns] and message: the wrench bears no stamp, and arrives 1 ms later."""
-    for t, rate, torque in zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True):
-        at = EPOCH + t
-        yield "/imu/data", "sensor_msgs/msg/Imu", round(1e9 * (at + 0.002)), imu(store, at, rate)
-        yield "/thrust", "geometry_msgs/msg/Wrench", round(1e9 * (at + 0.003)), wrench(store, torque)
+def dive_bag(
+    folder: Path,
+    form: str = "mcap",
+    arrival: Array = EPOCH + DIVE.time,
+    stamps: Array = EPOCH + DIVE.time,
+    *,
+    late: float = 0.0,
+    short: range = range(0),
+) -> Path:
+    """The dive as a bag of ROS 1, or of ROS 2 in SQLite or MCAP; its wrench bears no stamp.
+
+    Args:
+        arrival: (n,) when the messages arrive [s since 1970].
+        stamps: (n,) of the Imu [s].
+        late: By how much the wrench arrives after the Imu [s].
+        short: Imus of which the bag has 20 bytes.
+    """
+    one = form == "ros1"
+    store, path = (ROS1, folder / "dive.bag") if one else (ROS2, folder / "bag")
+    serialize = ROS1.serialize_ros1 if one else ROS2.serialize_cdr
+    writer = Writer1(path) if one else Writer2(path, version=9, storage_plugin=StoragePlugin[form.upper()])
+    with writer:
+        turns = writer.add_connection("/imu/data", IMU, typestore=store)
+        pushes = writer.add_connection("/thrust", WRENCH, typestore=store)
+        for k, (rate, torque) in enumerate(zip(DIVE.rate, DIVE.torque, strict=True)):
+            payload = bytes(serialize(imu(store, float(stamps[k]), rate), IMU))
+            writer.write(turns, round(1e9 * float(arrival[k])), payload[:20] if k in short else payload)
+            writer.write(pushes, round(1e9 * float(arrival[k] + late)), serialize(wrench(store, torque), WRENCH))
+    return path
 
 
-def ros2_bag(folder: Path, plugin: StoragePlugin) -> Path:
-    """The dive as a bag of ROS 2."""
-    bag = folder / "bag"
-    with Writer2(bag, version=9, storage_plugin=plugin) as writer:
-        lines: dict[str, Any] = {}
-        for topic, kind, arrival, message in messages(ROS2):
-            if topic not in lines:
-                lines[topic] = writer.add_connection(topic, kind, typestore=ROS2)
-            writer.write(lines[topic], arrival, ROS2.serialize_cdr(message, kind))
-    return bag
-
-
-@pytest.mark.parametrize("plugin", [StoragePlugin.SQLITE3, StoragePlugin.MCAP])
-def test_bags_of_ros_2(tmp_path: Path, plugin: StoragePlugin) -> None:
-    bag = ros2_bag(tmp_path, plugin)
+@pytest.mark.parametrize("form", ["sqlite3", "mcap", "ros1"])
+def test_bags(tmp_path: Path, form: str) -> None:
+    bag = dive_bag(tmp_path, form, EPOCH + DIVE.time + 0.002, late=0.001)
     same(read(bag), EPOCH, late=0.001)
-    inside = next(path for path in bag.iterdir() if path.suffix in (".db3", ".mcap"))
-    same(read(inside), EPOCH, late=0.001)
-    counts = {topic.name: (topic.type, topic.count) for topic in open_any(inside).topics}
-    assert counts["/imu/data"] == ("sensor_msgs/msg/Imu", DIVE.time.size)
-
-
-def test_bags_of_ros_1(tmp_path: Path) -> None:
-    bag = tmp_path / "dive.bag"
-    with Writer1(bag) as writer:
-        lines: dict[str, Any] = {}
-        for topic, kind, arrival, message in messages(ROS1):
-            if topic not in lines:
-                lines[topic] = writer.add_connection(topic, kind, typestore=ROS1)
-            writer.write(lines[topic], arrival, ROS1.serialize_ros1(message, kind))
-    same(read(bag), EPOCH, late=0.001)
+    if form != "ros1":
+        inside = next(path for path in bag.iterdir() if path.suffix in (".db3", ".mcap"))
+        same(read(inside), EPOCH, late=0.001)
+        counts = {topic.name: (topic.type, topic.count) for topic in open_any(inside).topics}
+        assert counts["/imu/data"] == (IMU, DIVE.time.size)
 
 
 def test_a_clock_of_its_own_places_what_bears_no_stamp(tmp_path: Path) -> None:
     """A simulator stamps with its own time, while the bag goes by the wall: the wrench comes after it by that."""
-    bag = tmp_path / "bag"
-    with Writer2(bag, version=9) as writer:
-        turns = writer.add_connection("/imu", "sensor_msgs/msg/Imu", typestore=ROS2)
-        pushes = writer.add_connection("/wrench", "geometry_msgs/msg/Wrench", typestore=ROS2)
-        for t, rate, torque in zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True):
-            arrival = round(1e9 * (EPOCH + t))
-            writer.write(turns, arrival, ROS2.serialize_cdr(imu(ROS2, t, rate), "sensor_msgs/msg/Imu"))
-            writer.write(pushes, arrival, ROS2.serialize_cdr(wrench(ROS2, torque), "geometry_msgs/msg/Wrench"))
-    same(read(bag), 0.0)
+    same(read(dive_bag(tmp_path, stamps=DIVE.time)), 0.0)
 
 
 def test_cdr_by_hand() -> None:

@@ -12,7 +12,6 @@ import yaml
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from incsvr.errors import BadInput
-from service.inputs.instances import INSTANCE_FIELDS
 from service.inputs.settings import Inputs
 from service.logs import open_any
 from service.logs.reading import LogDescription
@@ -98,13 +97,6 @@ def test_no_pulse_is_no_thrust(tmp_path: Path, silence: int) -> None:
     off = DIVE.time.astype(int) % 8 == 7
     told = np.where(off[:, None], silence, DIVE.pulses)
     same(read(written(tmp_path, "tlog", link.parameters(), link.swum(DIVE, told))), np.where(off, 0.0, DIVE.torque))
-
-
-def test_the_fields_of_instances_are_those_of_mavlink() -> None:
-    known = {each.msgname: each.instance_field for each in dialect.mavlink_map.values()}
-    for message, field in INSTANCE_FIELDS.items():
-        assert known.get(message) in (field, None), message
-        assert field in dialect.mavlink_map[getattr(dialect, f"MAVLINK_MSG_ID_{message}")].fieldnames
 
 
 def test_named_values_are_told_apart_by_their_names(tmp_path: Path) -> None:

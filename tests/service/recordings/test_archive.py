@@ -157,15 +157,6 @@ def test_what_is_taken_from_under_it_is_said_and_another_file_begun(
     assert len(ArchiveReader.read([newest])) >= run.time.size
 
 
-def test_where_no_other_file_can_be_begun_health_says_so(start: StartBench, tmp_path: Path) -> None:
-    folder = tmp_path / "kept"
-    bench = start(**QUICK, archive__directory=str(folder))
-    shutil.rmtree(folder)
-    folder.write_text("in its place")
-    told = bench.health_when(lambda health: any("are not archived" in reason for reason in health.reasons))
-    assert any(f"are not archived: {folder} is no directory; name another" in reason for reason in told.reasons)
-
-
 def test_on_a_full_disk_health_says_so_and_nothing_else_stops(
     start: StartBench, disk: Path, run: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:

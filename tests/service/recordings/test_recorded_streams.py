@@ -10,7 +10,6 @@ import pytest
 from numpy.typing import ArrayLike
 
 from incsvr.numerics import Array
-from incsvr.signals.bursts import bursts
 from service.cli.command_line import main
 from service.recordings.recorded_streams import remarks_of
 from service.recordings.recording import Streams, from_streams
@@ -80,13 +79,6 @@ def test_a_fault_is_named(
     kept = np.concatenate(([True], np.diff(np.maximum.accumulate(stamps)) > 0.0))
     (told,) = said({**streams, name: (stamps[kept], values[kept])})
     assert sentence in told
-
-
-def test_commands_of_several_thrusters_and_values_at_random_are_no_bursts() -> None:
-    random = np.random.default_rng(910_021)
-    assert bursts(np.cumsum(random.exponential(0.3, 2000))) is None
-    assert bursts(sent_together(0.02 * np.arange(2000.0), 0.1)) is None
-    assert bursts(np.concatenate([0.1 * np.arange(500), 900.0 + 0.1 * np.arange(500)])) is None
 
 
 def test_fit_and_trace_refuse_a_yaw_rate_in_bursts_and_tell_a_clock(

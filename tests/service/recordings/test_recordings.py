@@ -131,13 +131,6 @@ def test_what_is_no_file_or_no_text_is_named(tmp_path: Path) -> None:
         read(binary)
 
 
-def test_the_configured_range_decides_what_is_implausible(tmp_path: Path) -> None:
-    path = save(tmp_path, GOOD + "0.3,1.7,1\n")
-    assert read(path).columns["yaw_rate"][-1] == 1.7
-    with pytest.raises(BadInput, match="beyond the plausible ±1 rad/s"):
-        read(path, rate_limit=1.0)
-
-
 def test_no_sample_reaches_across_two_runs() -> None:
     time = np.arange(0.0, 10.0, 0.05, dtype=np.float64)
     run = from_streams("run", {"yaw_rate": (time, np.full(200, 0.1)), "torque": (time + 0.01, np.full(200, 40.0))})
@@ -162,15 +155,15 @@ def test_only_a_limit_that_can_be_raised_is_named(tmp_path: Path) -> None:
         read(path, limit_is="vehicle.rate_limit")
 
 
+def test_values_of_one_stream_are_a_nanosecond_apart(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"the times of torque: 0\.0 and 5e-324 s are less than a nanosecond apart"):
+        read(save(tmp_path, "t,yaw_rate,torque\n0,0.1,1\n5e-324,,2\n1,0.2,3\n"))
+    assert read(save(tmp_path, "t,yaw_rate,torque\n0,0.1,\n5e-324,,2\n1,0.2,3\n")).time.size == 3
+
+
 def test_rows_of_one_instant_are_merged(tmp_path: Path) -> None:
     """As where two topics were joined, one row for each."""
     apart = read(save(tmp_path, "t,yaw_rate,torque\n0,0.1,\n0,,1\n0.1,0.2,\n0.1,,2\n0.1,0.2,\n0.2,0.3,3\n"))
     assert apart.time.tolist() == [0.0, 0.1, 0.2]
     assert apart.columns["yaw_rate"].tolist() == [0.1, 0.2, 0.3]
     assert apart.columns["torque"].tolist() == [1.0, 2.0, 3.0]
-
-
-def test_values_of_one_stream_are_a_nanosecond_apart(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=r"the times of torque: 0\.0 and 5e-324 s are less than a nanosecond apart"):
-        read(save(tmp_path, "t,yaw_rate,torque\n0,0.1,1\n5e-324,,2\n1,0.2,3\n"))
-    assert read(save(tmp_path, "t,yaw_rate,torque\n0,0.1,\n5e-324,,2\n1,0.2,3\n")).time.size == 3

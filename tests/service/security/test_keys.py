@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import os
 import stat
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -106,27 +104,6 @@ def test_what_cannot_be_is_one_sentence(
     assert sentence in said
     assert said.count("\n") == 1
     assert not (folder / "tls").exists()
-
-
-def test_programs_are_told_what_was_made(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert keys(folder, "--prefix", "a/yaw", "--prefix", "a/pitch", "--place", "/etc/incsvr/tls", "--json", "-") == 0
-    made = json.loads(capsys.readouterr().out)
-    assert made["prefixes"] == ["a/yaw", "a/pitch"]
-    assert made["roles"]["viewer"]["zenoh_file"] == "/etc/incsvr/tls/viewer.json5"
-
-
-def test_without_its_library_it_says_what_to_install(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for name in [
-        name
-        for name in sys.modules
-        if name.startswith(("cryptography", "service.commands.keys", "service.security.authority"))
-    ]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "cryptography", None)
-    assert keys(folder) == 2
-    assert "pip install '.[keys]' in the checkout" in capsys.readouterr().err
 
 
 def test_good_files_are_said_to_be_good(folder: Path, check: Check) -> None:

@@ -22,40 +22,40 @@ BLOCK = CongestionControl.BLOCK
 
 TABLE = """
                             vehicle  viewer  operator
-publish the rate              yes      no       no
-publish the torque            yes      no       no
-publish a channel             yes      no       no
-publish a model               no       no       no
-publish an iteration          no       no       no
-publish the health            no       no       no
-publish the effects           no       no       no
-publish on every key          no       no       no
-hear the rate                 no       yes      yes
-hear a channel                no       yes      yes
-hear the model                yes      yes      yes
-hear the iteration            no       yes      yes
-hear the health               yes      yes      yes
-hear the effects              no       yes      yes
-hear the estimate             yes      yes      yes
-hear an event                 yes      yes      yes
-hear every key                no       yes      yes
-see that it is alive          yes      yes      yes
-ask the damping               yes      yes      yes
-ask the forecast              yes      yes      yes
-ask the feed-forward          yes      yes      yes
-ask the model                 yes      yes      yes
-ask the health                yes      yes      yes
-ask the iteration             no       yes      yes
-ask the effects               no       yes      yes
-promote an effect             no       no       yes
-withdraw an effect            no       no       yes
-get the model's history       yes      yes      yes
-get the iterations' history   no       yes      yes
-answer the damping            no       no       no
-answer the health             no       no       no
-answer the model              no       no       no
-answer for its history        no       no       no
-say that it is alive          no       no       no
+publish rate                  yes      no       no
+publish torque                yes      no       no
+publish channel/depth         yes      no       no
+publish model                 no       no       no
+publish iteration             no       no       no
+publish health                no       no       no
+publish effects               no       no       no
+publish **                    no       no       no
+hear rate                     no       yes      yes
+hear channel/depth            no       yes      yes
+hear model                    yes      yes      yes
+hear iteration                no       yes      yes
+hear health                   yes      yes      yes
+hear effects                  no       yes      yes
+hear estimate                 yes      yes      yes
+hear event                    yes      yes      yes
+hear-all **                   no       yes      yes
+see alive                     yes      yes      yes
+ask damping                   yes      yes      yes
+ask forecast                  yes      yes      yes
+ask feedforward               yes      yes      yes
+ask model                     yes      yes      yes
+ask health                    yes      yes      yes
+ask iteration                 no       yes      yes
+ask effects                   no       yes      yes
+ask effects/promote           no       no       yes
+ask effects/withdraw          no       no       yes
+history-of model              yes      yes      yes
+history-of iteration          no       yes      yes
+answer damping                no       no       no
+answer health                 no       no       no
+answer model                  no       no       no
+keep model                    no       no       no
+say alive                     no       no       no
 """
 ATTEMPTS = 10
 """Messages that are sent before a role counts as not hearing them: one that may hear them needs one, seldom two."""
@@ -157,44 +157,20 @@ def sees_alive(bus: Secured, role: str) -> bool:
     return bool(list(bus.clients[role].liveliness().get(KEYS.alive, timeout=PATIENCE)))
 
 
-ACTIONS: dict[str, Callable[[Secured, str], bool]] = {
-    "publish the rate": lambda bus, role: publishes(bus, role, UNSERVED.rate),
-    "publish the torque": lambda bus, role: publishes(bus, role, UNSERVED.torque),
-    "publish a channel": lambda bus, role: publishes(bus, role, UNSERVED.stream("depth")),
-    "publish a model": lambda bus, role: publishes(bus, role, UNSERVED.model),
-    "publish an iteration": lambda bus, role: publishes(bus, role, UNSERVED.iteration),
-    "publish the health": lambda bus, role: publishes(bus, role, UNSERVED.health),
-    "publish the effects": lambda bus, role: publishes(bus, role, UNSERVED.effects),
-    "publish on every key": lambda bus, role: publishes(bus, role, f"{UNSERVED.prefix}/**"),
-    "hear the rate": lambda bus, role: hears(bus, role, UNSERVED.rate),
-    "hear a channel": lambda bus, role: hears(bus, role, UNSERVED.stream("depth")),
-    "hear the effects": lambda bus, role: hears(bus, role, UNSERVED.effects),
-    "hear an event": lambda bus, role: hears(bus, role, f"{UNSERVED.prefix}/event"),
-    "hear the estimate": lambda bus, role: hears(bus, role, f"{UNSERVED.prefix}/estimate"),
-    "hear every key": lambda bus, role: hears(bus, role, UNSERVED.model, subscribed=f"{UNSERVED.prefix}/**"),
-    "hear the model": lambda bus, role: hears(bus, role, UNSERVED.model),
-    "hear the iteration": lambda bus, role: hears(bus, role, UNSERVED.iteration),
-    "hear the health": lambda bus, role: hears(bus, role, UNSERVED.health),
-    "see that it is alive": sees_alive,
-    "ask the damping": lambda bus, role: is_answered(bus, role, UNSERVED.damping),
-    "ask the feed-forward": lambda bus, role: is_answered(bus, role, f"{UNSERVED.prefix}/feedforward"),
-    "ask the forecast": lambda bus, role: is_answered(bus, role, f"{UNSERVED.prefix}/forecast"),
-    "ask the model": lambda bus, role: is_answered(bus, role, UNSERVED.model),
-    "ask the health": lambda bus, role: is_answered(bus, role, UNSERVED.health),
-    "ask the iteration": lambda bus, role: is_answered(bus, role, UNSERVED.iteration),
-    "ask the effects": lambda bus, role: is_answered(bus, role, UNSERVED.effects),
-    "promote an effect": lambda bus, role: is_answered(bus, role, f"{UNSERVED.effects}/promote"),
-    "withdraw an effect": lambda bus, role: is_answered(bus, role, f"{UNSERVED.effects}/withdraw"),
-    "get the model's history": lambda bus, role: gets_history(bus, role, KEYS.model),
-    "get the iterations' history": lambda bus, role: gets_history(bus, role, KEYS.iteration),
-    "answer the damping": lambda bus, role: answers(bus, role, UNSERVED.damping),
-    "answer the health": lambda bus, role: answers(bus, role, UNSERVED.health),
-    "answer the model": lambda bus, role: answers(bus, role, UNSERVED.model),
-    "answer for its history": lambda bus, role: keeps_history(bus, role, UNSERVED.model),
-    "say that it is alive": says_alive,
+VERBS: dict[str, Callable[[Secured, str, str], bool]] = {
+    "publish": lambda bus, role, key: publishes(bus, role, f"{UNSERVED.prefix}/{key}"),
+    "hear": lambda bus, role, key: hears(bus, role, f"{UNSERVED.prefix}/{key}"),
+    "hear-all": lambda bus, role, key: hears(bus, role, UNSERVED.model, subscribed=f"{UNSERVED.prefix}/{key}"),
+    "see": lambda bus, role, _: sees_alive(bus, role),
+    "ask": lambda bus, role, key: is_answered(bus, role, f"{UNSERVED.prefix}/{key}"),
+    "history-of": lambda bus, role, key: gets_history(bus, role, f"{KEYS.prefix}/{key}"),
+    "answer": lambda bus, role, key: answers(bus, role, f"{UNSERVED.prefix}/{key}"),
+    "keep": lambda bus, role, key: keeps_history(bus, role, f"{UNSERVED.prefix}/{key}"),
+    "say": lambda bus, role, _: says_alive(bus, role),
 }
 
 
 @pytest.mark.parametrize(("action", "role", "may"), CELLS, ids=lambda value: str(value).replace(" ", "-"))
 def test_a_role_may_do_what_the_table_says(bus: Secured, action: str, role: str, may: bool) -> None:
-    assert ACTIONS[action](bus, role) is may
+    verb, key = action.split()
+    assert VERBS[verb](bus, role, key) is may

@@ -60,29 +60,17 @@ def test_after_any_flipped_bit_what_is_read_is_what_was_written_or_it_is_said(
     assert told > 40
 
 
-def emptied(path: Path) -> None:
-    path.write_bytes(b"")
+def replaced(content: bytes) -> Callable[[Path], object]:
+    return lambda path: path.write_bytes(content)
 
 
-def no_database(path: Path) -> None:
-    path.write_bytes(b"not a database at all, but long enough to have a header")
-
-
-def zeroed(path: Path) -> None:
-    path.write_bytes(b"\x00" * 5000)
-
-
-def removed(path: Path) -> None:
-    path.unlink()
+def halved(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
 
 def removed_but_for_its_log(path: Path) -> None:
     path.rename(path.with_name(path.name + "-wal"))
     path.with_suffix(".lock").unlink()
-
-
-def halved(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
 
 def a_directory(path: Path) -> None:
@@ -96,19 +84,18 @@ def changed(statement: str) -> Callable[[Path], None]:
             connection.execute(statement)
         connection.close()
 
-    change.__name__ = statement
     return change
 
 
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (emptied, "power cut"),
-        (removed, "it is missing"),
+        (replaced(b""), "power cut"),
+        (Path.unlink, "it is missing"),
         (removed_but_for_its_log, "it is missing"),
         (halved, "damaged"),
-        (no_database, "damaged"),
-        (zeroed, "damaged"),
+        (replaced(b"not a database at all, but long enough to have a header"), "damaged"),
+        (replaced(bytes(5000)), "damaged"),
         (a_directory, "a directory is in its place"),
         (changed("UPDATE memory SET value = '{}'"), "checksum"),
         (changed("UPDATE memory SET value = replace(CAST(value AS TEXT), '1', '2')"), "checksum"),
@@ -117,10 +104,9 @@ def changed(statement: str) -> Callable[[Path], None]:
         (changed("ALTER TABLE history ADD COLUMN more"), "its tables"),
         (changed("DROP TABLE history"), "its tables"),
     ],
-    ids=lambda value: getattr(value, "__name__", None),
 )
 def test_what_is_lost_or_damaged_is_said_and_the_learner_begins_anew(
-    tmp_path: Path, state: Path, damage: Callable[[Path], None], said: str, outcomes: list[CommittedIteration]
+    tmp_path: Path, state: Path, damage: Callable[[Path], object], said: str, outcomes: list[CommittedIteration]
 ) -> None:
     damage(state)
     left = state.read_bytes() if said == "damaged" else None
@@ -223,7 +209,7 @@ def test_after_a_start_with_wrong_settings_the_state_that_fits_comes_back(
 def test_a_damaged_state_does_not_come_back(tmp_path: Path, state: Path) -> None:
     halved(state)
     Store(tmp_path, configured()).close()
-    emptied(state)
+    state.write_bytes(b"")
     store = Store(tmp_path, configured())
     assert store.memory is None
     store.close()

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
 from incsvr.errors import BadInput
 from service import wire
@@ -78,11 +77,6 @@ def test_a_newer_learner_may_say_more(snapshot: wire.ModelSnapshot) -> None:
 def test_what_is_no_such_form_is_named(payload: bytes, names: str) -> None:
     with pytest.raises(BadInput, match=names):
         wire.decode(wire.Points, payload)
-
-
-def test_nothing_infinite_is_published() -> None:
-    with pytest.raises(ValidationError):
-        wire.Validation(name="V1", mae=float("nan"), rmse=1.0, samples=1)
 
 
 def test_measurements_have_the_contracts_form() -> None:
