@@ -36,42 +36,6 @@ def test_it_holds_its_length_and_no_more_whatever_comes() -> None:
     assert window.newest == time[-1]
 
 
-@pytest.mark.parametrize("more", [0.0, 4.0, 8.0])
-def test_a_window_that_ended_earlier_is_the_same_however_much_came_since(more: float) -> None:
-    """A trace begins some time after its batch: until then a faster player brings more."""
-    window = Window(SETTINGS, 60.0)
-    time, value = turning(300.0)
-    part = time <= 200.0 + more
-    for start in range(0, int(part.sum()), 50):
-        for name in ("yaw_rate", "torque"):
-            window.push(name, time[part][start : start + 50], value[part][start : start + 50])
-    stamps, _ = window.streams(200.0)["yaw_rate"]
-    inside = stamps[stamps <= 200.0]
-    assert window.is_full(200.0)
-    np.testing.assert_array_equal(inside, time[(time >= 140.0) & (time <= 200.0)])
-
-
-def test_streams_that_are_too_quick_for_its_length_are_bounded_in_number() -> None:
-    window = Window(SETTINGS, 900.0)
-    for name in ("yaw_rate", "torque"):
-        window.push(name, *turning(300.0, 0.001))
-    assert window.is_full(window.newest)
-    assert all(t.size <= MAX_WAITING_VALUES for t, _ in window.streams().values())
-
-
-def test_what_the_synchroniser_refuses_is_not_in_it() -> None:
-    window = Window(SETTINGS, 60.0)
-    time, value = turning(60.0)
-    wrong = value.copy()
-    wrong[[100, 200, 300]] = (np.nan, 7.0, np.inf)
-    window.push("yaw_rate", np.concatenate([time, time[500:600]]), np.concatenate([wrong, value[500:600]]))
-    window.push("torque", time, 100.0 * wrong)
-    held, rates = window.streams()["yaw_rate"]
-    assert held.size == time.size - 3
-    assert np.isfinite(rates).all()
-    assert (np.diff(held) > 0.0).all()
-
-
 @pytest.mark.parametrize("until", [60.0, 99.0])
 def test_batches_begun_anew_are_those_of_the_whole_streams(until: float) -> None:
     streams = leng.recording("T1", seed=2).streams()
@@ -106,3 +70,11 @@ def test_a_clock_that_begins_anew_empties_it() -> None:
     with pytest.raises(BadInput, match="clock restarted"):
         batches.restart(None, 1000.0, 0)
     assert max(t[-1] for t, _ in batches.recent().values()) < 1.0
+
+
+def test_streams_that_are_too_quick_for_its_length_are_bounded_in_number() -> None:
+    window = Window(SETTINGS, 900.0)
+    for name in ("yaw_rate", "torque"):
+        window.push(name, *turning(300.0, 0.001))
+    assert window.is_full(window.newest)
+    assert all(t.size <= MAX_WAITING_VALUES for t, _ in window.streams().values())
