@@ -14,7 +14,6 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service import wire
-from service.commands.query import table, velocities
 from service.config.sources import read
 from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
@@ -148,15 +147,6 @@ def test_a_learner_that_was_stopped_before_its_first_batch_goes_on(run: Recordin
     assert first[0] == first[1]
 
 
-def test_over_one_velocity_a_second_is_refused(start: StartBench, run: Recording) -> None:
-    bench = start(vehicle__inertia=planar(SEED).inertia)
-    bench.follow(bench.keys.model, wire.ModelSnapshot)
-    bench.play(run)
-    _, error = bench.get(f"{bench.keys.damping}?rate=0.1;surge=0.5")
-    assert error is not None
-    assert "surge= is no parameter" in error.error
-
-
 def test_samples_wait_for_the_further_velocities_and_what_lacks_one_is_counted(
     start: StartBench, run: Recording
 ) -> None:
@@ -178,30 +168,9 @@ def test_samples_wait_for_the_further_velocities_and_what_lacks_one_is_counted(
         ({"fastest": {"surge": 1.0}}, "no further input"),
         ({"inputs": ["yaw_rate", "surge"], "fastest": {"surge": -1.0}}, "greater than 0"),
         ({"inputs": ["yaw_rate", "surge"], "policy": "paper"}, "take weighted"),
-        ({"inputs": ["yaw_rate", "surge"], "near": {"surge": 1.0}}, "there is no learner.near; leave the line out"),
+        ({"inputs": ["yaw_rate", "surge"], "near": {"surge": 1.0}}, "learner.near left the configuration"),
     ],
 )
 def test_a_wrong_configuration_is_told(learner: dict[str, object], what: str) -> None:
     with pytest.raises(BadInput, match=what):
         read(None, {"learner": learner})
-
-
-def test_another_axis_has_its_own_velocity_first() -> None:
-    config = read(
-        None, {"vehicle": {"axis": "sway"}, "learner": {"inputs": ["sway", "yaw_rate"], "fastest": {"yaw_rate": 0.1}}}
-    )
-    assert config.learner_settings().others == ("body_yaw_rate",)
-    assert config.learner_settings().fastest == {"body_yaw_rate": 0.1}
-    assert config.signal_settings().channels == ("body_yaw_rate",)
-
-
-def test_the_words_of_a_query() -> None:
-    assert velocities(["0.1", "0.2", "surge=0.5", "sway=0,1"]) == ([0.1, 0.2], {"surge": [0.5], "sway": [0.0, 1.0]})
-    for words in (["fast"], ["0.1", "surge=x"], ["surge=1"], ["0.1", "surge="]):
-        with pytest.raises(BadInput):
-            velocities(words)
-    reply = DampingReply(rate=(0.1,), damping=(2.0,), sigma=(0.3,), extrapolated=(True,), iteration=1, revision=1,
-                         others={"surge": (0.5,)})  # fmt: skip
-    head, row, _ = table(reply).splitlines()
-    assert head.split() == ["yaw", "rate", "[rad/s]", "surge", "damping", "[N", "m]", "±", "sigma", "[N", "m]"]
-    assert row.split() == ["0.1000", "0.5000", "2.00", "0.30", "extrapolated"]

@@ -22,7 +22,7 @@ from simulator.mission import Mission
 from simulator.physics import Physics
 from simulator.vehicles import TURNING
 from simulator.world import play
-from tests.service.conftest import PATIENCE, StartBench, cut
+from tests.service.conftest import PATIENCE, StartBench
 
 ONSET_S, BACK_S, END_S = 300.0, 450.0, 560.0
 
@@ -43,9 +43,9 @@ def config() -> Config:
     return scaled_config(read(None, {"state": None}), recording, signals, learner_for(samples))
 
 
-def played(node: LearnerNode, chunk_s: float, end: float = END_S) -> list[ThrustChange]:
-    """What a learner finds of the mission until a time [s], so much of each stream at once."""
-    found, begin = [], 0.0
+def played(node: LearnerNode, chunk_s: float, begin: float, end: float) -> list[ThrustChange]:
+    """What a learner finds of the mission between two times [s], so much of each stream at once."""
+    found = []
     while begin < end:
         for name in ("yaw_rate", "torque"):
             t, value = mission()[0].streams()[name]
@@ -59,34 +59,25 @@ def played(node: LearnerNode, chunk_s: float, end: float = END_S) -> list[Thrust
     return found
 
 
+@pytest.mark.slow
 def test_what_is_found_follows_from_the_data_and_not_from_how_they_come() -> None:
-    lost, back = played(LearnerNode(config(), boot=""), 2.0)
-    assert (lost.is_back, back.is_back) == (False, True)
-    assert lost.seen - ONSET_S <= 60.0
-    assert lost.since == pytest.approx(ONSET_S, abs=10.0)
-    assert played(LearnerNode(config(), boot=""), 7.3) == [lost, back]
-
-
-def test_after_a_restart_the_thrust_that_is_lost_is_still_lost() -> None:
+    """And after a restart the thrust that is lost is still lost."""
     node = LearnerNode(config(), boot="")
-    (lost,) = played(node, 5.0, 440.0)
+    (lost,) = played(node, 2.0, 0.0, 440.0)
     again = LearnerNode(config(), boot="", memory=node.memory())
     assert again.thrust is not None
     assert again.thrust.state.level == lost.level[0]
+    (back,) = played(node, 2.0, 440.0, END_S)
+    assert (lost.is_back, back.is_back) == (False, True)
+    assert lost.seen - ONSET_S <= 60.0
+    assert lost.since == pytest.approx(ONSET_S, abs=10.0)
+    assert played(LearnerNode(config(), boot=""), 7.3, 0.0, END_S) == [lost, back]
 
 
 def settings() -> dict[str, Any]:
     """The sections of the configuration in which it is another than the default."""
     known = config()
     return {name: getattr(known, name).model_dump(exclude_defaults=True) for name in ("vehicle", "signals", "learner")}
-
-
-def test_a_pause_of_learning_names_the_thrust_that_is_lost(start: StartBench) -> None:
-    bench = start(**settings())
-    bench.play(cut(mission()[0], 400.0))
-    health = bench.health_when(lambda health: any("thrust is lost" in reason for reason in health.reasons))
-    assert health.learning.state == "paused"
-    assert "the thrust that is lost may be the cause" in health.learning.why
 
 
 def test_it_is_an_event_on_the_bus_and_health_tells_it(start: StartBench) -> None:
