@@ -15,7 +15,7 @@ import numpy as np
 from incsvr.checks.curve import Curve
 from incsvr.checks.misfit import MAX_ROTOR_LAG_S, UNCLEAR, Scales, could_tell, late_since_then, misfit
 from incsvr.checks.onset import onset
-from incsvr.checks.power import turned_round, turns, with_halves
+from incsvr.checks.power import turned_round, turns
 from incsvr.checks.response import Estimate, Residual, causes
 from incsvr.checks.state import State, Vehicle
 from incsvr.checks.verdict import Decision, Finding
@@ -89,7 +89,7 @@ def respond(
             if place == 0 and not findings and state.paused_since is None:
                 findings = onset(seen, scales)
         # sway answers a step later than yaw, and is in no curve of it
-        if any(turned_round(part, vehicle.inertia) for part in with_halves(samples)):
+        if turned_round(samples, vehicle.inertia):
             findings = [finding for finding in findings if finding.kind != UNCLEAR]
         unclear = any(finding.kind == UNCLEAR for finding in findings)
         # what is unclear by one window another may tell
