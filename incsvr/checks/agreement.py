@@ -14,7 +14,7 @@ import numpy as np
 
 from incsvr.checks.curve import Curve
 from incsvr.checks.misfit import MAX_ROTOR_LAG_S, UNCLEAR, Scales, could_tell, late_since_then, misfit
-from incsvr.checks.power import turned_round, turns, with_halves
+from incsvr.checks.power import turned_round, turns
 from incsvr.checks.response import Estimate, Residual, causes
 from incsvr.checks.state import State, Vehicle
 from incsvr.checks.verdict import Decision, Finding
@@ -86,7 +86,7 @@ def respond(
         else:
             findings = misfit(seen, found, scales, state.kinds, joint)
         # sway answers a step later than yaw, and is in no curve of it
-        if any(turned_round(part, vehicle.inertia) for part in with_halves(samples)):
+        if turned_round(samples, vehicle.inertia):
             findings = [finding for finding in findings if finding.kind != UNCLEAR]
         unclear = any(finding.kind == UNCLEAR for finding in findings)
         # what is unclear by one window another may tell

@@ -13,7 +13,7 @@ import numpy as np
 
 from incsvr.checks.curve import Curve
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.signals.raw import HIGH, LOW, STEP, TORQUE, named
 from incsvr.signals.samples import Samples
 
@@ -30,13 +30,16 @@ UNDAMPED_TURN_FACTOR = 10.0
 """Factor by which the torque, undamped, would have turned the yaw rate further: damping takes most of it away."""
 MIN_SWEPT_RANGE_SHARE = 0.05
 """Part of the yaw rate's range that is swept meanwhile: noise sweeps less."""
-CURVE_ERROR_SHARE = 0.02
-"""Error of the learned curve, as a part of the largest damping, at least: samples without noise doubt it less."""
-MIN_ANSWERED_SHARE = 0.25
-"""Part of what drag leaves of a torque by which that turns a vehicle: rarely less in measured zigzags of a ship whose
-sway takes most of her rudder's moment."""
-CERTAIN_DEVIATIONS = 3.0
-"""Standard deviations by which it is less: a swell may take it for a while."""
+UNEXPLAINED_NOISES = 3.0
+"""Noise levels of what drag leaves of a torque that should have turned the vehicle."""
+UNEXPLAINED_DAMPING_SHARE = 0.15
+"""Part of the largest damping that it is at least: swell moves a vehicle whose torque rests at zero."""
+MIN_ANSWERED_SHARE = 0.2
+"""Part of it by which it turns the vehicle at least: a ship whose sway takes most of her rudder's moment by 0.27."""
+MAX_ANSWERED_VARIATION = 0.5
+"""The same of its variation, which a wrong curve hardly changes."""
+CERTAIN_DEVIATIONS = 2.0
+"""Standard deviations by which that is less."""
 STREAM_WORDS = {"yaw_rate": "{rate}", "torque": "{effort}"}
 """Words of messages for the streams: templates of `AxisWords`, as sentences of findings are."""
 STREAM_UNITS = {"yaw_rate": "{rate_unit}", "torque": "{effort_unit}"}
@@ -128,14 +131,16 @@ def _moved(
         return False
     torque, kept = batch.raw[TORQUE][stretch.slice], curve.inside[stretch.slice]
     left, turned = (torque - curve.damping[stretch.slice])[kept], (torque - batch.damping[stretch.slice])[kept]
-    # a curve that errs where the torque rests leaves a constant, and says nothing
-    about = left - left.mean() if left.size else left
-    power = float(about @ about)
-    if left.size < MIN_STILL_SAMPLES or not power > 0.0:
+    least = max(UNEXPLAINED_NOISES * curve.sigma, UNEXPLAINED_DAMPING_SHARE * curve.largest)
+    if left.size < MIN_STILL_SAMPLES or root_mean_square(left) < least:
         return False
-    doubt = max(curve.sigma, CURVE_ERROR_SHARE * curve.largest) / float(np.sqrt(power))
-    answered = max(float(about @ turned) / power, float(left @ turned) / float(left @ left))
-    return answered + CERTAIN_DEVIATIONS * doubt < MIN_ANSWERED_SHARE
+    # a curve that errs where the torque rests leaves a constant
+    about = left - left.mean()
+    power = float(about @ about)
+    if not power > 0.0:
+        return False
+    answered = float(about @ turned) / power + CERTAIN_DEVIATIONS * curve.sigma / float(np.sqrt(power))
+    return answered < MAX_ANSWERED_VARIATION and float(left @ turned) < MIN_ANSWERED_SHARE * float(left @ left)
 
 
 def _finding(batch: Samples, name: str, stretch: Stretch) -> Finding:

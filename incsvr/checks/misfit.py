@@ -37,8 +37,6 @@ MAX_CHANGE_NOISES = 2.0
 """Noise levels that a change of the vehicle leaves over at most, where it is told as one."""
 MIN_LEFT_DAMPING_SHARE = 0.15
 """Part of the largest damping that a fault leaves over at least: a rough sea stays below."""
-MIN_UNCLEAR_DAMPING_SHARE = 0.2
-"""The same where no cause explains it: a 5 Hz log of a vehicle twice as quick as the filter left 0.155."""
 
 MAX_ROTOR_LAG_S = 1.5
 """Longest lag [s] that a rotor may have: a yaw rate that is later may be the thrust's doing."""
@@ -90,7 +88,7 @@ def misfit(
     if estimate.unexplained > max(FOREIGN_NOISES * scales.sigma, MIN_LEFT_DAMPING_SHARE * scales.largest_damping):
         return [_foreign(found, span)]
     if estimate.certainty < CAUSE_SIGMAS:
-        large = found.left > max(FOREIGN_NOISES * scales.sigma, MIN_UNCLEAR_DAMPING_SHARE * scales.largest_damping)
+        large = found.left > max(FOREIGN_NOISES * scales.sigma, MIN_LEFT_DAMPING_SHARE * scales.largest_damping)
         left = (
             f"the residual of the learned curve is {found.left:.3g} {{effort_unit}} {span}: the vehicle changed or a "
             "sensor failed"

@@ -27,8 +27,8 @@ MIN_TURNED_SHARE = 0.285
 41 reversals of a measured ship, whose sway takes most of her rudder's moment, it was 0.29 to 0.73; of thrusters that
 are off it is none, and of an AUV's sway under a Coriolis force as large as its thrust 0.28."""
 
-ONE_SIDED_SHARE = 0.25
-"""Part of the torque's impulses to both sides that is left of them where it is a torque to one side."""
+MIN_ONE_SIDED_SHARE = 1.0 / 3.0
+"""Part of the samples in which the torque keeps its side, at least."""
 
 
 def drives(batch: Samples, inertia: float, largest_rate: float) -> list[Finding]:
@@ -39,7 +39,8 @@ def drives(batch: Samples, inertia: float, largest_rate: float) -> list[Finding]
         inertia: as declared [kg m²].
         largest_rate: that the vehicle reaches [rad/s].
     """
-    for part in with_halves(batch):
+    half = len(batch) // 2
+    for part in (batch, batch.take(slice(0, half)), batch.take(slice(half, None))):
         if _drives(part, inertia, largest_rate):
             return [
                 Finding(
@@ -58,19 +59,18 @@ def turns(batch: Samples, largest_rate: float) -> bool:
     return len(batch) > 0 and root_mean_square(batch.yaw_rate) > MIN_TURNING_RATE_SHARE * largest_rate
 
 
-def with_halves(batch: Samples) -> tuple[Samples, ...]:
-    """The samples, their first half and their second."""
-    half = len(batch) // 2
-    return batch, batch.take(slice(0, half)), batch.take(slice(half, None))
-
-
 def turned_round(part: Samples, inertia: float) -> bool:
-    """Whether a torque to one side turned the vehicle towards it, by how much it gave."""
+    """Whether the torque, while it kept its side for longest, turned the vehicle towards it."""
+    side = np.sign(part.raw[TORQUE])
+    longest = max(np.split(np.arange(side.size), np.flatnonzero(np.diff(side)) + 1), key=len)
+    return longest.size >= max(2.0, MIN_ONE_SIDED_SHARE * side.size) and follows(part.take(longest), inertia)
+
+
+def follows(part: Samples, inertia: float) -> bool:
+    """Whether the vehicle turned to where the torque pushed it, by how much that gave."""
     torque, rate = part.raw[TORQUE], part.yaw_rate
-    gave = 0.5 * (torque[1:] + torque[:-1]) * np.diff(part.time)  # [N m s]
-    given = float(np.sum(gave))
-    to_one_side = abs(given) > ONE_SIDED_SHARE * float(np.sum(np.abs(gave)))
-    return to_one_side and inertia * float(rate[-1] - rate[0]) * np.sign(given) >= MIN_TURNED_SHARE * abs(given)
+    given = float(np.sum(0.5 * (torque[1:] + torque[:-1]) * np.diff(part.time)))  # [N m s]
+    return inertia * float(rate[-1] - rate[0]) * float(np.sign(given)) >= MIN_TURNED_SHARE * abs(given) > 0.0
 
 
 def _drives(part: Samples, inertia: float, largest_rate: float) -> bool:

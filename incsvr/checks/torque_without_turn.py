@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.checks.power import MIN_TURNING_RATE_SHARE, turned_round
+from incsvr.checks.power import MIN_TURNING_RATE_SHARE, follows
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
@@ -39,7 +39,7 @@ def unmoved(batch: Samples, largest_rate: float, largest_damping: float, inertia
     left = np.minimum(np.abs(torque), np.abs(batch.damping[stretch]))
     if float(np.median(left)) < DRIVING_TORQUE_SHARE * largest_damping:
         return []
-    if turned_round(batch.take(stretch), inertia):
+    if follows(batch.take(stretch), inertia):
         return []
     first, last = batch.time[stretch[[0, -1]]]
     return [
