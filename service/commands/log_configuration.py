@@ -12,7 +12,8 @@ from incsvr.signals.settings import TorqueKind
 from service.cli.parser import one_of
 from service.config.configuration import Config, merge, validate
 from service.config.sources import add_set_argument, set_values
-from service.config.vehicle_file import body_of_file
+from service.config.vehicle_file import read_vehicle
+from service.config.vehicle_learners import body_of
 
 VEHICLE_HELP = "use the mass matrix of this vehicle file (`incsvr identify --write`) and, where it has one, its weight"
 
@@ -51,7 +52,7 @@ def with_flags(config: Config, args: argparse.Namespace) -> Config:
     flags, origin = values_set(args)
     axis = args.axis or config.vehicle.axis
     if args.vehicle is not None:
-        flags = merge({"vehicle": body_of_file(args.vehicle, axis)}, flags)
+        flags = merge({"vehicle": body_of(read_vehicle(args.vehicle), axis)}, flags)
     if not flags:
         return config
     base = config.model_dump(exclude_unset=True)

@@ -70,20 +70,6 @@ def learners_in(path: Path) -> Mapping[str, Any]:
     return dict(values["learners"])
 
 
-def body_of_file(path: Path, axis: str) -> dict[str, Any]:
-    """The mass matrix, the weight and the centres that a vehicle file declares for an axis.
-
-    Raises:
-        BadInput: it has no learner of this axis, or as in `learners_in`.
-    """
-    learners = learners_in(path)
-    section = next((each["vehicle"] for each in learners.values() if each["vehicle"]["axis"] == axis), None)
-    if section is None:
-        raise BadInput(f"{path}: it has no learner of {axis}, but of {', '.join(learners)}; choose one with --axis")
-    names = ("mass_matrix", "weight", "buoyancy", "centre_of_gravity", "centre_of_buoyancy")
-    return {name: section[name] for name in names if name in section}
-
-
 def read_values(path: Path) -> Mapping[str, Any]:
     """The plain data in a vehicle file, checked.
 

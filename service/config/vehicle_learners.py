@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from incsvr.errors import BadInput
 from incsvr.learning.scaling import scaled_to
 from incsvr.numerics import Array
 from incsvr.plant.attitude import ATTITUDE
@@ -39,6 +40,21 @@ def learners_of(vehicle: Vehicle) -> dict[str, dict[str, Any]]:
     predicted = [name in vehicle.axes for name in AXES]
     mass = np.where(np.outer(predicted, predicted), vehicle.mass_matrix, 0.0)
     return {name: _learner(vehicle, mass, name) for name in names}
+
+
+def body_of(vehicle: Vehicle, axis: str) -> dict[str, Any]:
+    """The mass matrix, the weight, the buoyancy and the centre of gravity that a vehicle declares for an axis.
+
+    Raises:
+        BadInput: it has no actuator along this axis.
+    """
+    learners = learners_of(vehicle)
+    if axis not in learners:
+        raise BadInput(
+            f"{vehicle.name}: it has no actuator along {axis}, but along {', '.join(learners)}; choose one with --axis"
+        )
+    names = ("mass_matrix", "weight", "buoyancy", "centre_of_gravity")
+    return {name: value for name, value in learners[axis]["vehicle"].items() if name in names}
 
 
 def _learner(vehicle: Vehicle, mass: Array, axis: str) -> dict[str, Any]:

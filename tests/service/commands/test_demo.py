@@ -23,7 +23,7 @@ from tests.viewer.readback import every
 @pytest.mark.slow
 def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Path) -> None:
     done = subprocess.run(
-        command("demo", "--speed", "60", "--seed", "900000", "--out", str(tmp_path), "--json", "-"),
+        command("demo", "--speed", "60", "--seed", "1", "--out", str(tmp_path), "--json", "-"),
         capture_output=True,
         text=True,
         check=False,
@@ -42,16 +42,16 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
         assert 0.92 * mae < served["mae"] < 1.02 * mae
         assert served["support_vectors"] == vectors
     act = result["underway"]
-    assert act["truth"]["effect"] == "torque_asymmetry"
+    assert act["truth"]["effect"] == "torque_saturation"
     assert act["right"]
-    assert [each["state"] for each in act["found"] if each["effect"] == "torque_asymmetry"] == ["proven"]
-    steps = [step["step"] for step in act["history"] if step["effect"] == "torque_asymmetry"]
+    assert [each["state"] for each in act["found"] if each["effect"] == "torque_saturation"] == ["proven"]
+    steps = [step["step"] for step in act["history"] if step["effect"] == "torque_saturation"]
     assert steps == ["suspected", "proven"]
     assert act["served_effects"] == []
     ledgers = every(tmp_path / "leng.rrd", "TextDocument:text", "/effects/ledger")
-    assert any("## Torque asymmetry (proven)" in ledger for ledger in ledgers)
+    assert any("## Torque saturation (proven)" in ledger for ledger in ledgers)
     assert (
-        said.index("The hull is mounted") < said.index("iteration 25, ") < said.index("Ground truth: torque_asymmetry")
+        said.index("The hull is mounted") < said.index("iteration 25, ") < said.index("Ground truth: torque_saturation")
     )
     assert not still_running(str(tmp_path))
 

@@ -212,7 +212,7 @@ def test_a_vehicle_file_declares_the_mass_matrix(
     copy.write_text(re.sub(r"(yaw,yaw\"?: {.*origin: )\w+", r"\g<1>assumed", values), encoding="utf-8")
     assert {*declared} - {*declared_by_file(copy)} == {("yaw", "yaw")}
     assert main(["fit", log, "--vehicle", str(copy), "--axis", "heave"]) == 2
-    assert "it has no inertia of heave, but of surge" in capsys.readouterr().err
+    assert "it has no actuator along heave, but along yaw, surge, sway" in capsys.readouterr().err
     assert main(["fit", log, "--vehicle", str(copy), "--inertia", "3"]) == 2
     assert "leave out one of the two" in capsys.readouterr().err
 
