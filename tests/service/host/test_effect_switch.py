@@ -18,7 +18,6 @@ from incsvr.errors import BadInput
 from incsvr.tracing.model import TracedModel
 from service import wire
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
-from service.config.configuration import Config
 from service.config.traced_effects import TracedEffects, effects_from_trace
 from service.host.host import Host
 from service.learner.node import LearnerNode
@@ -151,9 +150,10 @@ def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
     failing: Recording, found: dict[str, Any], tmp_path: Path
 ) -> None:
     config, endpoint = configured(**LIVE, state=tmp_path), free_endpoint()
-    _leave_in_shadow(found, config)
     # Without `WorkerThreads`: what comes before the proof and what after it must not depend on who is quicker.
     with open_session(listener_config_at(endpoint)) as server, closing(Host(server, config)) as host:
+        assert host._live is not None
+        host._live.state = TracingState(suspect=TraceContent.from_dict(found))
         with open_session(client_config_at(endpoint), PATIENCE) as client:
             ledgers: queue.Queue[wire.EffectsLedger] = queue.Queue()
             client.declare_subscriber(
@@ -189,15 +189,5 @@ def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
     kept = Store(tmp_path, config, changing=True)
     assert "set aside" not in " ".join(kept.notices)
     assert kept.memory is not None
-    assert kept.memory["live"]["force"] is kept.memory["live"]["shadow"] is None
+    assert kept.memory["live"]["force"] is None
     kept.close()
-
-
-def _leave_in_shadow(found: dict[str, Any], config: Config) -> None:
-    """The state that a learner leaves which has found this and not proven it yet."""
-    assert config.state is not None
-    store = Store(config.state, config, changing=True)
-    store.save_memory(
-        LearnerNode(config, boot="").memory() | {"live": TracingState(suspect=TraceContent.from_dict(found)).to_dict()}
-    )
-    store.close()

@@ -101,6 +101,9 @@ def session() -> Iterator[zenoh.Session]:
         yield opened
 
 
+OWN = ("yaw_rate", "torque")
+
+
 def ledger_of(session: zenoh.Session, run: Recording, prefix: str, part_s: float) -> bytes:
     """The ledger after a replay in which so much of the vehicle's time comes at once [s]."""
     config = configured(
@@ -116,9 +119,9 @@ def ledger_of(session: zenoh.Session, run: Recording, prefix: str, part_s: float
                     payload = wire.measurement(tuple(t[part].tolist()), tuple(value[part].tolist()))
                     if part.any():
                         session.put(host.keys.stream(name), payload, congestion_control=zenoh.CongestionControl.BLOCK)
-            count, until = int(np.count_nonzero(run.time < start + part_s)), time.monotonic() + 3.0 * PATIENCE
-            received: dict[str, int] = {}
-            while host.learn() or host.node.ledger.work is not None or min(received.values(), default=0) < count // 2:
+            sent = {name: int(np.count_nonzero(t < start + part_s)) for name, (t, _) in run.streams().items()}
+            until, received = time.monotonic() + 3.0 * PATIENCE, dict[str, int]()
+            while host.learn() or host.node.ledger.work is not None or any(received.get(n, 0) < sent[n] for n in OWN):
                 host.feed.drain()
                 received = {name: each.received for name, each in host.watch.report(host.node).streams.items()}
                 assert time.monotonic() < until
