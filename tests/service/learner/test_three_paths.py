@@ -166,7 +166,8 @@ def test_the_same_over_a_real_bus(name: str, start: StartBench, tmp_path: Path) 
     path = sailed(tmp_path / "steps.csv", name, "reversals", 3, 50.0, 200.0)
     count, config = learned_by_all(path, tmp_path, PLANTS[name].inertia)
     written = yaml.safe_load(config.read_text(encoding="utf-8"))
-    settings = {f"{part}__{key}": value for part, values in written.items() for key, value in values.items()}
+    sections = {part: values for part, values in written.items() if isinstance(values, dict)}
+    settings = {f"{part}__{key}": value for part, values in sections.items() for key, value in values.items()}
     bench = start(**settings)
     models = bench.follow(bench.keys.model, wire.ModelSnapshot)
     bench.play(read_csv(path))
