@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import operator
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -12,13 +13,9 @@ import pytest
 from benchmarks.study import interval, run, seeds, share, table
 
 
-def doubled(seed: int) -> int:
-    return 2 * seed
-
-
 def page(results: Sequence[int]) -> Iterator[str]:
     yield ""
-    yield table(["seed, doubled"], [[result] for result in results])
+    yield table(["seed, negative"], [[result] for result in results])
 
 
 @pytest.mark.parametrize("processes", [1, 2])
@@ -26,15 +23,15 @@ def test_a_study_writes_its_results_in_order_with_the_command_that_repeats_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], processes: int
 ) -> None:
     words = ["--seeds", "3", "--processes", str(processes), "--out", str(tmp_path / "new")]
-    run("doubles", "Numbers, doubled.\n\nMore.", seeds, doubled, page, words, seeds=(20, "numbers"),
+    run("negatives", "Numbers, negative.\n\nMore.", seeds, operator.neg, page, words, seeds=(20, "numbers"),
         first_seed=(7, "of them"))  # fmt: skip
-    document = json.loads((tmp_path / "new" / "doubles.json").read_text(encoding="utf-8"))
-    assert document["results"] == [14, 16, 18]
-    assert document["command"] == f"python -m benchmarks.doubles {' '.join(words)}"
-    text = (tmp_path / "new" / "doubles.md").read_text(encoding="utf-8")
+    document = json.loads((tmp_path / "new" / "negatives.json").read_text(encoding="utf-8"))
+    assert document["results"] == [-7, -8, -9]
+    assert document["command"] == f"python -m benchmarks.negatives {' '.join(words)}"
+    text = (tmp_path / "new" / "negatives.md").read_text(encoding="utf-8")
     assert text == capsys.readouterr().out
-    assert text.startswith(f"# Numbers, doubled\n\n`{document['command']}`, {document['date']}, ")
-    assert text.endswith(".\n\n| seed, doubled |\n| --- |\n| 14 |\n| 16 |\n| 18 |\n")
+    assert text.startswith(f"# Numbers, negative\n\n`{document['command']}`, {document['date']}, ")
+    assert text.endswith(".\n\n| seed, negative |\n| --- |\n| -7 |\n| -8 |\n| -9 |\n")
 
 
 def test_without_a_case_nothing_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -42,7 +39,7 @@ def test_without_a_case_nothing_is_written(tmp_path: Path, capsys: pytest.Captur
         return []
 
     with pytest.raises(SystemExit) as end:
-        run("doubles", "Numbers.", none, doubled, page, ["--out", str(tmp_path)])
+        run("negatives", "Numbers.", none, operator.neg, page, ["--out", str(tmp_path)])
     assert end.value.code == 2
     assert "nothing to examine" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

@@ -80,6 +80,7 @@ def test_a_model_that_was_taken_back_whole_is_published_empty_and_read_by_all(
     assert learner.end() == 0
     assert not any("fault of this program" in line or "Traceback" in line for line in learner.said)
     house.serve()
+    session = house.client()  # the first client comes back in its own time
     read_by_all(house, session, capsys)
     learn_until(session, 4, lambda: publish(session, run.part(second, run.iterations[5][0].t + 1.5)))
     assert len(decode(ModelSnapshot, asked(session, KEYS.model)).support)
