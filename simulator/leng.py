@@ -16,7 +16,7 @@ nor the colour of its noise; here the residual of one sample and the next correl
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import exp, pi, sqrt
 from typing import TypeVar
@@ -124,11 +124,28 @@ def recording(name: str, seed: int) -> Recording:
     run = RUNS[name]
     rng = np.random.default_rng([seed, *name.encode()])
     time, rate, rotor = _motion(run, rng)
-    gyro = stamps(run.duration, GYRO_PERIOD, rng)
+    return sensed(name, time, rate, rotor, rng, run.duration)
+
+
+def sensed(
+    name: str, time: Array, rate: Array, rotor: Sequence[Array], rng: np.random.Generator, duration: float = 0.0
+) -> Recording:
+    """A motion as gyro and rotors' sensors record it; the torque is that of rotors that are sound.
+
+    Args:
+        name: of the recording.
+        time, rate: (n,) [s], [rad/s].
+        rotor: speeds of both (n,) [rad/s].
+        rng: draws clocks and noise.
+        duration: until when is recorded [s]; 0 for the last time.
+    """
+    duration = duration or float(time[-1])
+    gyro = stamps(duration, GYRO_PERIOD, rng)
     yaw_rate = np.interp(gyro, time, rate) + rng.normal(0.0, ANGLE_RANDOM_WALK / np.sqrt(GYRO_PERIOD), gyro.size)
-    spin = stamps(run.duration, ROTOR_PERIOD, rng)
+    spin = stamps(duration, ROTOR_PERIOD, rng)
     speeds = [np.interp(spin, time, speed) + rng.normal(0.0, ROTOR_NOISE, spin.size) for speed in rotor]
-    torque = thruster_torque(THRUSTERS, tuple(speeds), _inflow(np.interp(spin, time, rate)))
+    turn = np.interp(spin, time, rate)
+    torque = thruster_torque(THRUSTERS, tuple(speeds), tuple(thruster.lever * turn for thruster in THRUSTERS))
     return from_streams(name, {YAW_RATE: (gyro, yaw_rate.round(6)), TORQUE: (spin, torque.round(4))})
 
 
@@ -177,11 +194,6 @@ def lasting_noise(value: float, kept: float, kicks: Array) -> Array:
         value = kept * value + kick
         values.append(value)
     return np.array(values)
-
-
-def _inflow(rate: Array) -> tuple[Array, ...]:
-    """The water's speed at bow and stern [m/s]: as fast as a turn at yaw rates (n,) [rad/s] carries them."""
-    return tuple(thruster.lever * rate for thruster in THRUSTERS)
 
 
 def stamps(duration: float, period: float, rng: np.random.Generator) -> Array:

@@ -1,4 +1,4 @@
-"""What is played: the messages of streams in the order in which they are sent, with what goes wrong on the way."""
+"""What is played: the messages of streams in the order in which they are sent."""
 
 from __future__ import annotations
 
@@ -66,43 +66,11 @@ class Messages:
         return int(np.count_nonzero(self.stream == stream))
 
 
-@dataclass(frozen=True, slots=True)
-class Faults:
-    """What goes wrong between a sensor and the bus.
-
-    Attributes:
-        drop_outs: of each stream in a minute.
-        drop_out_length: their mean length [s].
-        jitter: a message comes late by up to this [s], and so out of order.
-        duplicates: share of the messages that are sent twice.
-    """
-
-    drop_outs: float = 0.0
-    drop_out_length: float = 1.0
-    jitter: float = 0.0
-    duplicates: float = 0.0
-
-
-def messages(streams: Mapping[str, tuple[Array, Array]], faults: Faults = Faults(), seed: int = 0) -> Messages:
-    """The messages of streams, name → (stamps [s], values), with the faults that the seed draws."""
-    rng = np.random.default_rng(seed)
-    parts = []
-    for number, (t, value) in enumerate(streams.values()):
-        kept = ~_dropped(t, faults, rng)
-        index = np.flatnonzero(kept)
-        index = np.concatenate((index, index[rng.random(index.size) < faults.duplicates]))
-        send = t[index] + rng.uniform(0.0, faults.jitter, index.size) if faults.jitter else t[index]
-        parts.append((np.full(index.size, number), send, t[index], value[index]))
-    stream, send, t, value = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    order = np.argsort(send, kind="stable")
-    return Messages(tuple(streams), stream[order], send[order], t[order], value[order])
-
-
-def _dropped(t: Array, faults: Faults, rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Which of the stamps fall into a drop-out."""
-    lost = np.zeros(t.size, dtype=bool)
-    if not t.size:
-        return lost
-    for start in rng.uniform(t[0], t[-1], rng.poisson(faults.drop_outs * (t[-1] - t[0]) / 60.0)):
-        lost |= (t >= start) & (t < start + rng.exponential(faults.drop_out_length))
-    return lost
+def messages(streams: Mapping[str, tuple[Array, Array]]) -> Messages:
+    """The messages of streams, name → (stamps [s], values), each sent at its stamp."""
+    number, t, value = (
+        np.concatenate(columns)
+        for columns in zip(*((np.full(t.size, k), t, v) for k, (t, v) in enumerate(streams.values())), strict=True)
+    )
+    order = np.argsort(t, kind="stable")
+    return Messages(tuple(streams), number[order], t[order], t[order], value[order])

@@ -1,4 +1,4 @@
-"""`incsvr simulate`: plays the Leng plant onto the keys; flags choose the runs and the faults of the sensors.
+"""`incsvr simulate`: plays the Leng plant onto the keys.
 
 With `--vehicle FILE --commands LOG` it plays the vehicle of a vehicle file to the learners of all its axes.
 """
@@ -14,21 +14,17 @@ from incsvr.plant.axes import AXES
 from service.config.configuration import Config
 from service.config.sources import from_arguments
 from service.config.vehicle_file import read_vehicle
-from service.recordings.manoeuvre import read_manoeuvre, read_plan
+from service.recordings.manoeuvre import read_plan
 from service.recordings.reading import Reading, add_log_arguments
-from service.recordings.recording import Recording, from_streams, of_axis, sequence
+from service.recordings.recording import Recording, of_axis, sequence
 from service.recordings.recording_csv import write
 from service.wire.json_text import write_json
-from simulator import leng, underway
-from simulator.dive_log import dives
-from simulator.messages import Faults, messages
+from simulator import leng
+from simulator.leng_at_sea import third_act
+from simulator.messages import messages
 from simulator.replay import add_player_arguments, placed, play_to_learner
-from simulator.steered import steered
-from simulator.vehicles import PLANAR
 from simulator.whole_vehicle import moved_by
 
-PLANAR_DURATION_S = 600.0
-"""Length of the run `planar`, of a vehicle whose damping couples surge, sway and yaw [s]."""
 MAX_SEED = 2**32 - 1
 """The largest seed of the random numbers."""
 
@@ -39,18 +35,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--runs",
         nargs="+",
-        choices=("V1", "T1", "V2", "T2", "planar"),
+        choices=("V1", "T1", "V2", "T2"),
         default=["T1", "T2"],
-        help="in this order (default T1 T2); planar is another vehicle, whose damping couples surge, sway and yaw",
+        help="in this order (default T1 T2)",
     )
     parser.add_argument("--seed", type=int, default=1, help="equal seeds give equal runs (default 1)")
     parser.add_argument(
         "--underway", type=int, metavar="SEED", help="seed of an effect that begins in a further act after the runs"
-    )
-    parser.add_argument("--drop-outs", type=float, default=0.0, metavar="N", help="drop-outs of a stream per minute")
-    parser.add_argument("--jitter", type=float, default=0.0, metavar="S", help="largest disorder of messages [s]")
-    parser.add_argument(
-        "--duplicates", type=float, default=0.0, metavar="SHARE", help="share of the messages that are sent twice"
     )
     parser.add_argument(
         "--vehicle",
@@ -66,12 +57,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--write", metavar="DIR", type=Path, help="folder to write the recordings to instead of playing them"
-    )
-    parser.add_argument(
-        "--torque",
-        metavar="FILE.csv",
-        type=Path,
-        help="play the vehicle under this torque (columns t [s] and torque [N m])",
     )
     parser.add_argument(
         "--truth",
@@ -99,19 +84,6 @@ def _play_whole_vehicle(args: argparse.Namespace, config: Config, file: Path) ->
     return play_to_learner(args, first, replace(what, whole_keys=True), recording.name, prefixes)
 
 
-def _refuse_impossible(args: argparse.Namespace) -> None:
-    """Refuses seeds and faults that there are not."""
-    for flag, given, most in (
-        ("--seed", args.seed, MAX_SEED),
-        ("--underway", args.underway or 0, MAX_SEED),
-        ("--drop-outs", args.drop_outs, 60.0),
-        ("--jitter", args.jitter, 1.0),
-        ("--duplicates", args.duplicates, 0.5),
-    ):
-        if not 0 <= given <= most:
-            raise BadInput(f"{flag} {given}: give a number from 0 to {most:g}")
-
-
 def _written(folder: Path, runs: list[Recording]) -> int:
     """Writes recordings instead of playing them. Exit status."""
     try:
@@ -129,29 +101,18 @@ def run(args: argparse.Namespace) -> int:
         return _play_whole_vehicle(args, config, args.vehicle)
     if args.commands is not None:
         raise BadInput(f"{args.commands} drives the vehicle of a vehicle file; give one, --vehicle FILE")
-    _refuse_impossible(args)
-    if args.torque is not None and args.underway is not None:
-        raise BadInput("--torque and --underway play two different acts; leave one of them")
-    manoeuvre = None if args.torque is None else read_manoeuvre(args.torque)
-    names = args.runs if manoeuvre is None else ()
-    runs = [] if manoeuvre is None else [steered(args.torque.stem, *manoeuvre, args.seed)]
-    runs += [
-        from_streams("planar", dives([PLANAR], PLANAR_DURATION_S, args.seed)[0])
-        if name == "planar"
-        else leng.recording(name, args.seed)
-        for name in names
-    ]
-    act = None if args.underway is None else underway.play(args.underway)
-    if act is not None:
-        runs.append(act.recording)
+    for flag, seed in (("--seed", args.seed), ("--underway", args.underway or 0)):
+        if not 0 <= seed <= MAX_SEED:
+            raise BadInput(f"{flag} {seed}: give a number from 0 to {MAX_SEED}")
+    runs, truth = [leng.recording(name, args.seed) for name in args.runs], None
+    if args.underway is not None:
+        act, truth = third_act(args.underway)
+        runs.append(act)
     if args.write is not None:
         return _written(args.write, runs)
-    faults = Faults(drop_outs=args.drop_outs, jitter=args.jitter, duplicates=args.duplicates)
     whole = sequence(runs)
-    status = play_to_learner(args, config, messages(whole.streams(), faults, args.seed), whole.name)
-    if act is not None and args.truth is not None and not status:
-        began = float(whole.time[-1] - act.recording.time[-1])
-        truth = {"effect": act.effect, "since": round(began + act.onset, 1), "parameters": act.truth}
-        truth |= {"thrust_nm": act.thrust}
-        write_json(args.truth, truth)
+    status = play_to_learner(args, config, messages(whole.streams()), whole.name)
+    if truth is not None and args.truth is not None and not status:
+        began = float(whole.time[-1] - runs[-1].time[-1])
+        write_json(args.truth, truth | {"since": round(began + truth["since"], 1)})
     return status

@@ -18,6 +18,7 @@ from simulator.plans import Plan
 from simulator.sensors import Sensor, own_clocks, torque_sensor
 from simulator.vehicles import TURNING
 from simulator.world import Outcome, play
+from tests import planar as planar_vehicle
 
 ROV = TURNING["rov"]
 """A small vehicle: 0.6 kg m², d(r) = 0.6 r + 1.6 r|r|."""
@@ -104,7 +105,7 @@ def planar(seed: int, duration: float = 400.0, run: int = 1, usual: bool = False
         return (about, *along, *efforts)
 
     plan = Plan("torque", asked.pop("yaw"), others=asked)
-    vehicle = vehicles.PLANAR if usual else vehicles.planar(seed)
+    vehicle = planar_vehicle.PLANAR if usual else planar_vehicle.planar(seed)
     return play(
         Mission(vehicle, "holds", seed + 1000 * run, duration=duration, beats=50.0, sensing=sensing, asked=plan)
     ).recording

@@ -16,7 +16,15 @@ REMOVED: Mapping[tuple[str, str], str] = {
     ("compare", "--from-learner"): "compare the logs of the dives (`serve --archive` records them), or stored tables "
     "of dives",
     ("trace", "--manoeuvre"): "`next_manoeuvre` says what a log must show; write the efforts of a drive yourself, as a "
-    "CSV file with the columns t and torque, and `incsvr simulate --torque FILE.csv` plays it",
+    "CSV file with the columns t and torque, and `incsvr simulate --vehicle FILE --commands FILE.csv` plays it",
+    (
+        "simulate",
+        "--torque",
+    ): "write a vehicle file by `incsvr identify --write FILE`, and give --vehicle FILE --commands FILE.csv",
+    **{
+        ("simulate", flag): "write the run by --write DIR, change the file, and play it by `incsvr replay`"
+        for flag in ("--drop-outs", "--jitter", "--duplicates")
+    },
     **{(name, "--torque"): "give --set signals.torque=commanded or measured" for name in ("fit", "trace")},
     **{
         (name, "--mass-matrix"): "give --set vehicle.mass_matrix=M, or --vehicle FILE of `incsvr identify --write`"

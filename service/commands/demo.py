@@ -81,7 +81,7 @@ def _write_log(args: argparse.Namespace, vehicle: str) -> int:
     text = f"{args.log} is a log of five minutes of "
     with writing(args.log, "--log"):
         if vehicle == "leng":
-            inertia = {"yaw": float(importlib.import_module("simulator.steered").write_log(args.log, args.seed))}
+            inertia = {"yaw": float(importlib.import_module("simulator.leng_at_sea").write_log(args.log, args.seed))}
             known = f"{args.log} --inertia {inertia['yaw']:g}"
             text += f"the simulated vehicle Leng. Next:\n  incsvr inspect {args.log}\n"
             text += f"  incsvr fit {known}\n  incsvr trace {known}"

@@ -12,7 +12,7 @@ REMOVED = {
     "health.warn_for": "health shows a rejected sample for 10 s",
     "health.fresh_for": "a sample counts as fresh for 900 s",
     "archive.file_mb": "a file ends at 32 MB; archive.most_mb limits all files together",
-    "simulation": "`incsvr simulate` has the flags --runs, --seed, --underway, --drop-outs, --jitter and --duplicates",
+    "simulation": "`incsvr simulate` has the flags --runs, --seed and --underway",
 }
 
 

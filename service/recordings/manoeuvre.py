@@ -1,7 +1,7 @@
-"""A manoeuvre as a file, for a vehicle or `incsvr simulate` to play.
+"""A manoeuvre as a file, for `incsvr simulate` to play.
 
-A CSV file with the columns `t` [s] and `torque` [N m], or of a whole vehicle with further efforts (`surge_force` [N]);
-each value holds until the next row, and the last row ends the manoeuvre.
+A CSV file with the columns `t` [s] and efforts, such as `torque` [N m] or `surge_force` [N]; each value holds until the
+next row, and the last row ends the manoeuvre.
 """
 
 from __future__ import annotations
@@ -19,35 +19,23 @@ from incsvr.plant.axes import EFFORTS, VELOCITIES
 from incsvr.signals.steps import refuse_steps
 from service.number import number_of
 
-Profile = tuple[Array, Array]
 PLAN_STEP_S = 0.02
 """Time between two values of a plan's streams [s]: as often as a simulated vehicle is told its efforts."""
 
 
-def read_manoeuvre(path: Path) -> Profile:
-    """The stamps (n,) [s] and torques (n,) [N m] of a file.
-
-    Raises:
-        BadInput: naming the file, the row (the header is row 1) and the cure.
-    """
-    rows = _rows(path)
-    if any(name not in rows[0] for name in ("t", "torque")):
-        raise BadInput(f"{path}, row 1: a manoeuvre has the columns t [s] and torque [N m]; name them so")
-    time, torque = _columns(path, rows, ("t", "torque")).T
-    return time, torque
-
-
 def read_plan(path: Path) -> Streams | None:
-    """The efforts of a manoeuvre of a whole vehicle, each as a stream that repeats its value while it holds; None where
+    """The efforts of a manoeuvre, each as a stream that repeats its value while it holds; None where
     the file is a log: no CSV text, or one with a velocity.
 
     Raises:
         BadInput: naming the file, the row (the header is row 1) and the cure.
     """
     try:
-        rows = _rows(path)
-    except BadInput:  # what reads logs says what it is
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.reader(file)) or [[]]
+    except (OSError, UnicodeDecodeError, csv.Error):  # what reads logs says what it is
         return None
+    rows[0] = [name.strip() for name in rows[0]]
     names = [name for name in rows[0] if name in EFFORTS]
     if "t" not in rows[0] or not names or set(rows[0]) & set(VELOCITIES):
         return None
@@ -55,18 +43,6 @@ def read_plan(path: Path) -> Streams | None:
     at: Array = np.arange(time[0], time[-1], PLAN_STEP_S, dtype=np.float64)
     held = np.searchsorted(time, at, side="right") - 1
     return {name: (at, values[held]) for name, values in zip(names, efforts, strict=True)}
-
-
-def _rows(path: Path) -> list[list[str]]:
-    """The rows of a CSV file, its header first."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
-    except FileNotFoundError:
-        raise BadInput(f"{path}: there is no such file; write one with the columns t [s] and torque [N m]") from None
-    except (OSError, UnicodeDecodeError, csv.Error):
-        raise BadInput(f"{path}: this is no CSV text; give a file with the columns t,torque") from None
-    return [[name.strip() for name in rows[0]], *rows[1:]] if rows else [[]]
 
 
 def _columns(path: Path, rows: Sequence[Sequence[str]], names: Sequence[str]) -> Array:

@@ -28,8 +28,8 @@ from incsvr.signals import SignalSettings, synchronise
 from incsvr.tracing.model import TracedModel
 from service.recordings import samples_from_recording
 from simulator import leng
-from simulator.vehicles import planar
 from tests import worlds
+from tests.planar import planar
 
 INERTIA, STEP = 24.0, 0.05
 

@@ -24,9 +24,9 @@ from incsvr.signals.samples import Samples
 from service.recordings.samples_from_recording import samples_of
 from simulator import leng
 from simulator.vehicles import Vehicle as Body
-from simulator.vehicles import planar
 from tests import worlds
 from tests.incsvr.learning import batches, rms, run, stream
+from tests.planar import planar, yaw_damping
 
 OTHERS = ("surge", "sway")
 
@@ -48,7 +48,7 @@ def learned(others: tuple[str, ...] = OTHERS, capacity: int = 60) -> tuple[State
 
 def truth(samples: Samples) -> Array:
     u, v = samples.channels["surge"], samples.channels["sway"]
-    return vehicle()[0].yaw_damping(u, v, samples.yaw_rate, with_munk=True)
+    return yaw_damping(vehicle()[0], u, v, samples.yaw_rate, with_munk=True)
 
 
 @pytest.mark.parametrize("n", [60, MAX_WHOLE_SAMPLES + 40])
@@ -178,7 +178,7 @@ def test_what_the_other_velocities_take_is_told_from_the_first_batch_on() -> Non
     nothing = Samples(np.empty(0), np.empty(0), np.empty(0), dict.fromkeys(OTHERS, np.empty(0)))
     freed = by_itself(Settings(others=OTHERS), np.zeros(2), nothing, first, Noise.start((-0.25, 0.25)))
     r, rest = first.yaw_rate, np.zeros(len(first))
-    own = body.yaw_damping(first.channels["surge"], rest, r, with_munk=False)
+    own = yaw_damping(body, first.channels["surge"], rest, r, with_munk=False)
     slope, raw, true = (float(y @ r) / float(r @ r) for y in (freed.damping, first.damping, own))
     assert abs(slope - true) < 0.5 * abs(raw - true)
 

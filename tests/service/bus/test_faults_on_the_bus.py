@@ -12,7 +12,8 @@ import zenoh
 from service import wire
 from service.recordings.recording import Recording
 from simulator import leng
-from simulator.messages import Faults, messages
+from simulator.messages import messages
+from tests.faults import with_faults
 from tests.service.conftest import PATIENCE, StartBench, cut
 
 
@@ -56,7 +57,7 @@ def test_drop_outs_and_disorder_teach_nothing_wrong(start: StartBench) -> None:
     streams = cut(run, 200.0).streams()
     bench = start(learner__batch=20)
     reports = bench.follow(bench.keys.iteration, wire.IterationReport)
-    what = messages(streams, Faults(drop_outs=6.0, drop_out_length=2.0, jitter=0.15, duplicates=0.05), seed=5)
+    what = with_faults(streams, 5, drop_outs=6.0, drop_out_length=2.0, jitter=0.15, duplicates=0.05)
     bench.play(what)
     whole = leng.samples(run)
     true = dict(zip(whole.time.tolist(), whole.damping.tolist(), strict=True))

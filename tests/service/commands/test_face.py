@@ -13,7 +13,7 @@ import pytest
 
 import incsvr
 from service.cli.command_line import main
-from simulator.steered import write_log
+from simulator.leng_at_sea import write_log
 from tests.conftest import ROOT
 
 

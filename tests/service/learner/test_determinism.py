@@ -15,7 +15,7 @@ from service.learner.node import LearnerNode
 from service.recordings import samples_from_recording
 from service.recordings.recording import Recording
 from simulator import leng
-from simulator.messages import Faults, messages
+from tests.faults import with_faults
 from tests.service.conftest import PATIENCE, StartBench, configured
 
 #: A quick grid, so that four seconds of the vehicle's time, played at its own pace, give several iterations.
@@ -69,7 +69,7 @@ def test_messages_out_of_order_and_twice_give_the_same_bytes(
 ) -> None:
     bench = start(**QUICK)
     models = bench.follow(bench.keys.model, wire.ModelSnapshot)
-    bench.play(messages(recording.streams(), Faults(jitter=0.04, duplicates=0.1), seed=2))
+    bench.play(with_faults(recording.streams(), 2, jitter=0.04, duplicates=0.1))
     assert [without_boot(models.get(timeout=PATIENCE)) for _ in from_file] == from_file
 
 

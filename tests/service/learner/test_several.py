@@ -18,8 +18,8 @@ from service.config.sources import read
 from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
 from service.wire import DampingReply
-from simulator.vehicles import planar
 from tests import worlds
+from tests.planar import planar
 from tests.service.commands.test_processes import KEYS, client_after, command, endpoint, following, next_model, serving
 from tests.service.conftest import PATIENCE, StartBench, configured
 

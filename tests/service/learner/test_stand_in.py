@@ -27,10 +27,10 @@ from service.learner.estimates import estimate, forecast_reply
 from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
 from simulator import leng
-from simulator.vehicles import planar
 from tests import worlds
 from tests.hidden import recording as hidden
 from tests.hidden import write_trace
+from tests.planar import planar
 from tests.service.conftest import PATIENCE, StartBench, Taught, configured, teach
 from tests.whole_vehicle import MASS, whole_vehicle
 

@@ -8,8 +8,8 @@ from benchmarks.live_watch import watch
 from incsvr.numerics import root_mean_square as rms
 from service.config.configuration import Config
 from service.recordings.recording import Recording
-from simulator.vehicles import planar
 from tests import worlds
+from tests.planar import planar
 from tests.service.conftest import configured, cut
 
 SEED = 910104

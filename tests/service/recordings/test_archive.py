@@ -22,7 +22,7 @@ from service.recordings.archive_reader import ArchiveReader, is_archive
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from simulator import leng
-from simulator.messages import Faults, messages
+from tests.faults import with_faults
 from tests.service.conftest import PATIENCE, StartBench, configured
 from tests.service.learner.test_determinism import QUICK, without_boot
 from tests.service.state.test_full_disk import disk, fill
@@ -51,7 +51,7 @@ def kept(
     for payload in JUNK:
         bench.session.put(bench.keys.rate, payload, encoding=zenoh.Encoding.APPLICATION_JSON)
     bench.session.put(bench.keys.torque, wire.measurement(0.0, 1.0), encoding=zenoh.Encoding.IMAGE_PNG)
-    bench.play(messages(run.streams(), Faults(jitter=0.04, duplicates=0.1), seed=2))
+    bench.play(with_faults(run.streams(), 2, jitter=0.04, duplicates=0.1))
     array = wire.measurement((4.01, 4.02, 4.03), (0.1, 0.1, 0.1))
     bench.session.put(bench.keys.rate, array, congestion_control=zenoh.CongestionControl.BLOCK)
     bench.health_when(lambda health: health.streams["yaw_rate"].t == 4.03)

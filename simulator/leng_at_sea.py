@@ -1,17 +1,21 @@
-"""Leng in the world: as a torque steers it, with its own water, thrusters and sensors; and a beginner's log of it."""
+"""Leng in the world, with its own water, thrusters and sensors: a beginner's log, and the third act of the demo.
+
+In that act Leng with its hull goes on, and under way something breaks that nobody is told of. A seed draws what comes
+on (one of EFFECTS, of realistic size), when, and how the vehicle is driven. The streams hold yaw rate and torque alone:
+the torque as the rotors' told speeds make it in a vehicle that is sound.
+"""
 
 from __future__ import annotations
 
 from math import sqrt
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from incsvr.plant import thruster_torque
-from incsvr.signals import TORQUE, YAW_RATE
-from service.recordings.recording import Recording, from_streams
+from incsvr.signals import YAW_RATE
+from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from simulator import leng
 from simulator.mission import TICK_S, Mission
@@ -26,6 +30,13 @@ LOG_DURATION = 300.0
 """Length of a beginner's log [s]: `fit` learns from it in a second, `trace` in some ten."""
 REVERSE_EFFICIENCY = 0.7
 """The part of a moment to port (negative) that the log's vehicle makes of what its rotors' speeds show."""
+EFFECTS = ("dead_zone", "torque_asymmetry", "torque_saturation", "bias_torque", "inertia")
+"""What may come on: thrusters that turn at large commands only, or give less astern or at full command; a fin that
+bends; a payload. Not thrusters that begin to lag: the checks of the streams take that for a clock that jumped."""
+ACT_DURATION = 800.0
+"""[s]"""
+SOUND = (60.0, 90.0)
+"""For so long all is as it was [s]; the seed draws."""
 UNIT_S = leng.INERTIA * leng.MAX_RATE / MAX_TORQUE
 """I r/τ [s]."""
 PULL = 2.0 * leng.BOW.lever * leng.BOW.thrust
@@ -34,43 +45,17 @@ INFLOW = 2.0 * leng.BOW.lever**2 * leng.BOW.inflow
 """What a turn takes of it, by rotor and yaw rate [N m s²/rad²]."""
 
 
-def steered(name: str, time: Array, torque: Array, seed: int) -> Recording:
-    """Leng, without its hull, as a torque moves it from rest.
-
-    Args:
-        name: of the recording.
-        time: (n,) stamps [s], increasing.
-        torque: (n,) what is asked of the thrusters [N m]; each value holds until the next one.
-        seed: draws the water, the wavering of the thrust and the noise of the sensors.
-
-    Raises:
-        BadInput: the torque is more than the vehicle has.
-    """
-    beyond = np.flatnonzero(np.abs(torque) > MAX_TORQUE)
-    if beyond.size:
-        raise BadInput(
-            f"{name}: the torque is {torque[beyond[0]]:g} N m at {time[beyond[0]]:g} s, and the simulated vehicle has "
-            f"±{MAX_TORQUE:g} N m; scale the manoeuvre down"
-        )
-    ticks = np.arange(0.0, max(float(time[-1] - time[0]), TICK_S), TICK_S, dtype=np.float64)
-    return at_sea(name, torque[np.searchsorted(time - time[0], ticks, side="right") - 1], seed)[0]
-
-
 def write_log(path: Path, seed: int) -> float:
-    """Writes a beginner's log; returns the vehicle's inertia [kg m²].
+    """Writes a beginner's log, Leng steered by steps and sines at once, with weak thrust to port; returns the vehicle's
+    inertia [kg m²].
 
     Raises:
         OSError: the file cannot be written.
     """
-    write(path, leng_log(path.stem, seed))
-    return leng.INERTIA
-
-
-def leng_log(name: str, seed: int) -> Recording:
-    """A beginner's log: Leng steered by steps and sines at once, with weak thrust to port."""
     weak = static(lambda moment: moment if moment > 0.0 else REVERSE_EFFICIENCY * moment)
     told = steps_and_sines(LOG_DURATION, np.random.default_rng([seed, *b"log"]))
-    return at_sea(name, told, seed, besides=Physics(stages=(weak,)))[0]
+    write(path, at_sea(path.stem, told, seed, besides=Physics(stages=(weak,)))[0])
+    return leng.INERTIA
 
 
 def steps_and_sines(duration: float, random: np.random.Generator) -> Array:
@@ -114,7 +99,9 @@ def at_sea(
             duration=told.size * TICK_S, asked=Plan("torque", told),
         )
     )  # fmt: skip
-    return _recorded(name, told, outcome, for_sensors), outcome
+    speed = np.sign(told) * np.sqrt(np.abs(told) / PULL)
+    recording = leng.sensed(name, outcome.time, outcome.true(YAW_RATE), (speed, -speed), for_sensors)
+    return recording, outcome
 
 
 def _lasting(size: float, memory: float, ticks: int, random: np.random.Generator, about: float = 0.0) -> Course:
@@ -129,18 +116,20 @@ def _inflow(thrust: float, rate: float) -> float:
     return -INFLOW * sqrt(abs(thrust) / PULL) * rate
 
 
-def _recorded(name: str, told: Array, outcome: Outcome, random: np.random.Generator) -> Recording:
-    """The yaw rate [rad/s], and the torque [N m] that the rotors' speeds make in a vehicle that is sound."""
-    time, rate = outcome.time, outcome.true(YAW_RATE)
-    gyro = leng.stamps(float(time[-1]), leng.GYRO_PERIOD, random)
-    noise = random.normal(0.0, leng.ANGLE_RANDOM_WALK / sqrt(leng.GYRO_PERIOD), gyro.size)
-    spin = leng.stamps(float(time[-1]), leng.ROTOR_PERIOD, random)
-    speed = np.interp(spin, time, np.sign(told) * np.sqrt(np.abs(told) / PULL))
-    speeds = tuple(side * speed + random.normal(0.0, leng.ROTOR_NOISE, spin.size) for side in (1.0, -1.0))
-    turn = np.interp(spin, time, rate)
-    torque = thruster_torque(leng.THRUSTERS, speeds, tuple(each.lever * turn for each in leng.THRUSTERS))
-    streams = {
-        YAW_RATE: (gyro, (np.interp(gyro, time, rate) + noise).round(6)),
-        TORQUE: (spin, torque.round(4)),
-    }
-    return from_streams(name, streams)
+def third_act(seed: int) -> tuple[Recording, dict[str, Any]]:
+    """The third act that a seed draws, and its truth.
+
+    The truth is what came on, since when on the recording's clock [s], with which parameters; and commands up to half
+    above the highest, each with the moment that acts at rest [N m], none of an effect beside the thrusters.
+    """
+    random = np.random.default_rng([seed, *b"underway"])
+    effect, onset = str(random.choice(EFFECTS)), float(round(random.uniform(*SOUND)))
+    told = steps_and_sines(ACT_DURATION, random)
+    recording, outcome = at_sea("T3", told, seed, hidden=(effect,), onset=onset, hull=True)
+    thrust = list[tuple[float, float]]()
+    for asked in (np.linspace(-1.5, 1.5, 31) * MAX_TORQUE).tolist() if outcome.hidden.stages else ():
+        moment = asked
+        for stage in outcome.hidden.stages:
+            moment = stage(moment)(moment)
+        thrust.append((asked, moment))
+    return recording, {"effect": effect, "since": onset, "parameters": outcome.truth[effect], "thrust_nm": thrust}
