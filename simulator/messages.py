@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import zenoh
@@ -12,21 +11,6 @@ from numpy.typing import NDArray
 
 from incsvr.numerics import Array
 from service.wire import Keys, measurement
-
-
-class MessageSource(Protocol):
-    """What is sent, in the order in which it is sent, as in `Messages`."""
-
-    @property
-    def names(self) -> tuple[str, ...]: ...
-    @property
-    def stream(self) -> NDArray[np.intp]: ...
-    @property
-    def send(self) -> Array: ...
-    def __len__(self) -> int: ...
-    def key(self, stream: int, keys: Keys) -> tuple[str, zenoh.Encoding]: ...
-    def payload(self, index: int, sequence: int) -> bytes: ...
-    def values(self, stream: int) -> int: ...
 
 
 @dataclass(frozen=True, slots=True)

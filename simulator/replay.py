@@ -6,18 +6,16 @@ import argparse
 import logging
 import math
 import sys
-import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import zenoh
-
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.signals import REQUIRED
 from service.bus.session import BusRefusal, client_config, nobody_at, open_session, stop_event
+from service.cli.progress import progress
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.logs.cutting import Cut
@@ -26,11 +24,9 @@ from service.recordings.archive_reader import ArchiveReader, is_archive
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, Streams, sequence
 from service.wire import Keys
-from simulator.lost_messages import health, loss, sent_to, settled
-from simulator.messages import MessageSource, messages
-from simulator.play_progress import play_progress
+from simulator.intake import Intake
+from simulator.messages import Messages, messages
 from simulator.player import play, wait_for_learner
-from simulator.wait_for_traces import TraceWait
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -101,7 +97,7 @@ def _of_other_axes(args: argparse.Namespace, learners: Sequence[Config]) -> list
 
 
 def play_to_learner(
-    args: argparse.Namespace, config: Config, what: MessageSource, name: str, others: Sequence[str] = ()
+    args: argparse.Namespace, config: Config, what: Messages | ArchiveReader, name: str, others: Sequence[str] = ()
 ) -> int:
     """Plays messages to the learner of the configuration, and of other prefixes; shows how far it is. Exit status."""
     if not (math.isfinite(args.speed) and args.speed > 0.0):
@@ -118,31 +114,18 @@ def play_to_learner(
             return 1
         raise BadInput(nobody_at(config.bus)) from None
     with session:
-        return _play(args, session, config, learners, what, name, stop)
-
-
-def _play(
-    args: argparse.Namespace,
-    session: zenoh.Session,
-    config: Config,
-    learners: Sequence[Keys],
-    what: MessageSource,
-    name: str,
-    stop: threading.Event,
-) -> int:
-    if args.wait > 0.0:
-        for each in learners:
+        for each in learners if args.wait > 0.0 else ():
             wait_for_learner(session, each, args.wait, stop)
-    seconds = float(what.send[-1] - what.send[0]) if len(what) else 0.0
-    before, began = [health(session, each) for each in learners], time.monotonic()
-    patience = TraceWait(session, learners[0], config.learner.batch, stop) if args.patient else None
-    with play_progress(args.command, name, len(what), seconds, args.speed) as progress:
-        sent = play(session, learners[0], what, speed=args.speed, stop=stop, progress=progress, patience=patience)
-    if sent < len(what):
-        return 1
-    pace = min(args.speed, seconds / (time.monotonic() - began))
-    for each, then in zip(learners, before, strict=True):
-        lost = None if then is None else loss(each, sent_to(each, what), then, settled(session, each, stop))
-        if lost is not None and (sentence := lost.sentence(sent, pace)) is not None:
-            print(f"incsvr {args.command}: {sentence}", file=sys.stderr)
+        seconds, began = float(what.send[-1] - what.send[0]) if len(what) else 0.0, time.monotonic()
+        intakes = [Intake(session, each, stop, config.learner.batch) for each in learners]
+        with progress(f"playing {name}, {seconds:.0f} s", int(seconds)) as second:
+            sent = play(session, learners[0], what, speed=args.speed, stop=stop, second=second, intake=intakes[0],
+                        patient=args.patient)  # fmt: skip
+        if sent < len(what):
+            return 1
+        took = time.monotonic() - began
+        print(f"incsvr {args.command}: played {seconds:.0f} s, {sent:,} messages, in {took:.0f} s", file=sys.stderr)
+        for intake in intakes:
+            if (sentence := intake.loss(what, min(args.speed, seconds / took))) is not None:
+                print(f"incsvr {args.command}: {sentence}", file=sys.stderr)
     return 0

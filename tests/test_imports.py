@@ -24,7 +24,7 @@ ALLOWED = {
         "service.logs",
         "service.config",
         "service.bus.session",
-        "service.cli.console",
+        "service.cli.progress",
     },
     "viewer": {
         "viewer",

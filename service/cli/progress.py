@@ -15,7 +15,7 @@ from threading import Event, Thread, Timer
 BAR_AFTER_S = 1.0
 """Shorter work shows no bar [s]."""
 LINE_PERIOD_S = 30.0
-"""Between two lines where there is no terminal [s], as `replay` has it; shorter work shows none."""
+"""Between two lines where there is no terminal [s]; shorter work shows none."""
 Advance = Callable[..., None]
 """Called after each step, or as each begins with what it does."""
 _hidden = ContextVar("hidden", default=False)

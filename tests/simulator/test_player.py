@@ -90,7 +90,7 @@ def test_the_stop_is_heard() -> None:
     endpoint = free_endpoint()
     stop = threading.Event()
     with open_session(listener_config_at(endpoint)), open_session(client_config_at(endpoint), 5.0) as session:
-        sent = play(session, KEYS, messages(STREAMS), speed=1.0, stop=stop, progress=lambda count, t: stop.set())
+        sent = play(session, KEYS, messages(STREAMS), speed=1.0, stop=stop, second=stop.set)
     assert sent < 151
 
 
