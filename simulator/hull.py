@@ -67,14 +67,21 @@ class Hulls:
         self._pairs = sorted({pair for found, _ in each for pair, weight in found.items() if weight.any()})
         self.inverse = np.stack([inverse for _, inverse in each])
         self._weights = np.stack([self._matrix(found) for found, _ in each])
-        self._one, self._other = (np.array(column, dtype=np.intp) for column in zip(*self._pairs, strict=True))
+        self._both = np.array(self._pairs, dtype=np.intp).T
         self._z = np.zeros((count, _ALL))
         self._z[:, _ONE] = 1.0
         self.state = self._z[:, :_STATES]
         self.state[:, _Q], self.state[:, _Q + 3] = np.cos(0.5 * headings), np.sin(0.5 * headings)
-        self._left, self._right = np.empty((2, count, len(self._pairs)))
+        self._factors = np.empty((count, *self._both.shape))
+        self._left, self._right = self._factors[:, 0], self._factors[:, 1]
+        self._products = np.empty((count, 1, len(self._pairs)))
         self._rise = np.empty((count, 1, _STATES))
-        self._behind = self.state - 0.5 * self._slope()
+        # Parts of these arrays by names of their own: to take one anew at each step is a tenth of its time.
+        self._product, self._slope = self._products[:, 0], self._rise[:, 0]
+        self._speeds, self._sizes = self.state[:, :6], self._z[:, _ABS:_ONE]
+        self._find_slope()
+        self._behind = self.state - 0.5 * self._slope
+        self._pushed = self._behind[:, :6]
 
     def _matrix(self, found: dict[tuple[int, int], Array]) -> Array:
         return STEP * np.stack([found.get(pair, np.zeros(_STATES)) for pair in self._pairs])
@@ -84,23 +91,21 @@ class Hulls:
         found, self.inverse[place] = _features(vehicle)
         self._weights[place] = self._matrix(found)
 
-    def _slope(self) -> Array:
-        """(n, 10) what a step adds, without the efforts."""
-        np.take(self._z, self._one, axis=1, out=self._left, mode="clip")
-        np.take(self._z, self._other, axis=1, out=self._right, mode="clip")
-        np.multiply(self._left, self._right, out=self._left)
-        np.matmul(self._left[:, None, :], self._weights, out=self._rise)
-        return self._rise[:, 0]
+    def _find_slope(self) -> None:
+        """What a step adds (n, 10), without the efforts."""
+        self._z.take(self._both, axis=1, out=self._factors, mode="clip")
+        np.multiply(self._left, self._right, out=self._product)
+        np.matmul(self._products, self._weights, out=self._rise)
 
     def step(self, push: Array) -> None:
         """One step on; `push` (n, 6) is M⁻¹ τ times the step."""
+        self._find_slope()
         # Adams and Bashforth, x + 1.5 f − 0.5 f₋, with x − 0.5 f₋ kept.
-        rise, behind = self._slope(), self._behind
-        behind += rise
-        behind[:, :6] += push
-        np.multiply(rise, 0.5, out=self.state)
-        self.state += behind
-        np.abs(self.state[:, :6], out=self._z[:, _ABS:_ONE])
+        self._behind += self._slope
+        self._pushed += push
+        np.multiply(self._slope, 0.5, out=self.state)
+        self.state += self._behind
+        np.abs(self._speeds, out=self._sizes)
 
     def attitude(self) -> Array:
         """(n, 3) roll, pitch and heading [rad]; makes q a unit again."""

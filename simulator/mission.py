@@ -16,11 +16,10 @@ from incsvr.plant.axes import AXES
 from service.recordings.recording import Recording, from_streams
 from simulator import effects, second_effects, sensors
 from simulator.hull import Hulls
-from simulator.physics import STEP, Physics, Setting, Truth
-from simulator.plans import OPEN_LOOP, Pilot, Plan, pilot, plan
+from simulator.physics import STEP, Physics, Setting, Truth, Yaw
+from simulator.plans import OPEN_LOOP, Plan, pilot, plan
 from simulator.sensors import Samples, Sensor
 from simulator.vehicles import NAMES, YAW, Vehicle
-from simulator.yaw import Yaw
 
 TICK = 10
 """Steps of a tick, in which controllers and sensors are looked at once."""
@@ -84,64 +83,43 @@ class Mission:
         return np.random.default_rng([self.seed, zlib.crc32(f"{self.kind} {what}".encode())])
 
 
-@dataclass(slots=True)
 class Ship:
-    """A mission with what is drawn for it.
+    """A mission with what is drawn for it, and what is in force of it.
 
     Attributes:
         every, ticks: ticks of a beat, and of the mission.
         heading: at the start [rad].
         hidden, truth: what comes on, and with which parameters.
-        courses: true courses of the further channels.
-        sensed: each sensor with its samples.
         pilot: the controller.
         water_rms: deviation of the water's push (6,).
-        water_kept: part of it that a step keeps.
-        push: the water's push now.
-        physics: what is in force.
         yaw: what acts about yaw besides products of velocities; None for nothing.
     """
 
-    mission: Mission
-    every: int
-    ticks: int
-    heading: float
-    hidden: Physics
-    truth: dict[str, Truth]
-    courses: dict[str, tuple[Array, Array]]
-    sensed: list[tuple[Sensor, Samples]]
-    pilot: Pilot
-    water_rms: Array
-    water_kept: float
-    water: np.random.Generator
-    push: Array
-    physics: Physics
-    yaw: Yaw | None = None
-
-    @staticmethod
-    def of(mission: Mission) -> Ship:
+    def __init__(self, mission: Mission) -> None:
         vehicle, chance = mission.vehicle, mission.chance
-        every = max(1, round(1.0 / (mission.beats * TICK_S)))
+        self.mission, self.physics = mission, mission.besides
+        self.yaw: Yaw | None = None
+        self.every = every = max(1, round(1.0 / (mission.beats * TICK_S)))
         if not math.isclose(every * TICK_S * mission.beats, 1.0):
             raise ValueError(f"a beat of {mission.beats} Hz is no whole number of ticks of {TICK_S} s")
-        ticks = every * math.ceil(mission.duration / (every * TICK_S) - 1e-9)
-        beats: Array = every * TICK_S * np.arange(ticks // every, dtype=np.float64)
+        self.ticks = every * math.ceil(mission.duration / (every * TICK_S) - 1e-9)
+        beats: Array = every * TICK_S * np.arange(self.ticks // every, dtype=np.float64)
         asked = mission.asked or plan(mission.kind, vehicle, beats, chance("plan"))
         asked = replace(asked, resolution=mission.resolution * vehicle.torque)
-        courses = {
+        self.pilot = pilot(asked, vehicle, every * TICK_S)
+        self._courses = {
             name: sensors.channel(name, mission.duration, vehicle.time, chance(f"channel {name}"))
             for name in mission.channels
         }
-        heading = float(chance("heading").uniform(-np.pi, np.pi)) if mission.kind in OPEN_LOOP else 0.0
-        hidden, truth = _hide(mission, courses, heading)
+        self.heading = float(chance("heading").uniform(-np.pi, np.pi)) if mission.kind in OPEN_LOOP else 0.0
+        self.hidden, self.truth = _hide(mission, self._courses, self.heading)
         sensing = mission.sensing or (lambda vehicle, _: sensors.at_beats(vehicle, mission.beats))
-        drawn = sensing(vehicle, chance("sensors"))
-        sensed = [(each, sensors.schedule(each, ticks * TICK_S, chance(f"log {each.quantity}"))) for each in drawn]
-        rms, kept = _water(mission)
-        return Ship(
-            mission, every, ticks, heading, hidden, truth, courses, sensed, pilot(asked, vehicle, every * TICK_S), rms,
-            kept, chance("water"), rms * chance("first push").standard_normal(6), mission.besides,
-        )  # fmt: skip
+        self._sensed = [
+            (each, sensors.schedule(each, self.ticks * TICK_S, chance(f"log {each.quantity}")))
+            for each in sensing(vehicle, chance("sensors"))
+        ]
+        self.water_rms, self._kept = _water(mission)
+        self._water, self._push = chance("water"), self.water_rms * chance("first push").standard_normal(6)
 
     @property
     def changes(self) -> tuple[int, int]:
@@ -161,9 +139,9 @@ class Ship:
 
     def block(self, time: Array) -> Array:
         """(n, 6) what pushes besides the efforts at the steps to come [s]."""
-        kicks = self.water.standard_normal((time.size, 6)) * self.water_rms * math.sqrt(1.0 - self.water_kept**2)
-        found, _ = lfilter([1.0], [1.0, -self.water_kept], kicks, axis=0, zi=self.water_kept * self.push[None])
-        self.push = found[-1].copy()
+        kicks = self._water.standard_normal((time.size, 6)) * self.water_rms * math.sqrt(1.0 - self._kept**2)
+        found, _ = lfilter([1.0], [1.0, -self._kept], kicks, axis=0, zi=self._kept * self._push[None])
+        self._push = found[-1].copy()
         for course in self.physics.outside:
             found[:, YAW] += course(time)
         if self.yaw is not None:
@@ -172,18 +150,18 @@ class Ship:
 
     def samples(self) -> dict[str, Samples]:
         """By quantity."""
-        return {sensor.quantity: samples for sensor, samples in self.sensed}
+        return {sensor.quantity: samples for sensor, samples in self._sensed}
 
     def recording(self, values: Mapping[str, Array], efforts: Array) -> Recording:
         """What is logged, from sampled values and the efforts (beats, 6) that were commanded."""
         streams = {
             sensor.quantity: (samples.stamps, sensors.seen(sensor, values[sensor.quantity]))
-            for sensor, samples in self.sensed
+            for sensor, samples in self._sensed
         }
         beats = np.round(self.every * TICK_S * np.arange(efforts.shape[0]), 6)
         for name in self.mission.vehicle.effort:
             streams.setdefault(AXES[name].effort, (beats, efforts[:, NAMES.index(name)]))
-        for name, course in self.courses.items():
+        for name, course in self._courses.items():
             streams[name] = sensors.logged(name, course, self.ticks * TICK_S, self.mission.chance(f"log {name}"))
         return from_streams(f"{self.mission.kind}_{self.mission.seed}", streams)
 

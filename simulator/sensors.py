@@ -1,8 +1,9 @@
-"""What a vehicle logs: every sensor by its own clock, with its own delay and noise; and further channels."""
+"""What a vehicle logs: every sensor by its own clock, with its own delay and noise; further channels; the log."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from incsvr.numerics import Array
 from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES
+from simulator.physics import STEP
 from simulator.vehicles import Vehicle
 
 QUANTITIES = (*VELOCITIES, *ATTITUDE, "heading", *EFFORTS)
@@ -166,3 +168,53 @@ def logged(name: str, course: tuple[Array, Array], duration: float, random: np.r
     noise = _CHANNELS[name][4] * float(np.std(course[1]))
     samples = schedule(Sensor(name, _CHANNELS[name][3], noise, jitter=0.05), duration, random)
     return samples.stamps, np.interp(samples.at, *course) + samples.error
+
+
+class Log:
+    """The log of missions.
+
+    Args:
+        samples: of each mission by quantity: when it is sampled, and how wrongly.
+
+    Attributes:
+        values: of each mission by quantity (n,), as sampled.
+        seen: (missions, quantities) what has come last.
+    """
+
+    def __init__(self, samples: Sequence[dict[str, Samples]]) -> None:
+        streams = [(k, name, each) for k, own in enumerate(samples) for name, each in own.items()]
+        sizes = [each.at.size for *_, each in streams]
+        self._mission = np.repeat([k for k, *_ in streams], sizes).astype(np.intp)
+        self._quantity = np.repeat([QUANTITIES.index(name) for _, name, _ in streams], sizes).astype(np.intp)
+        self._at, self._stamp, self._error = (
+            np.concatenate([getattr(each, name) for *_, each in streams]) for name in ("at", "stamps", "error")
+        )
+        self._taken, self._arrived = np.argsort(self._at, kind="stable"), np.argsort(self._stamp, kind="stable")
+        self._sorted_at, self._sorted_stamp = self._at[self._taken], self._stamp[self._arrived]
+        self._value = np.zeros(self._at.size)
+        self._next = self._next_stamp = 0
+        parts = np.split(self._value, np.cumsum(sizes)[:-1])
+        self.values = [
+            {name: part for (of, name, _), part in zip(streams, parts, strict=True) if of == k}
+            for k in range(len(samples))
+        ]
+        self.seen = np.zeros((len(samples), len(QUANTITIES)))
+
+    def take(self, now: float, length: float, chunk: Array) -> None:
+        """Samples until now [s] of the chunk (steps + 1, missions, quantities) that ends now and is so long [s]."""
+        end = int(np.searchsorted(self._sorted_at, now + 1e-9, side="right"))
+        if end > self._next:
+            which = self._taken[self._next : end]
+            place = np.clip((self._at[which] - (now - length)) / STEP, 0.0, chunk.shape[0] - 1)
+            below = np.minimum(place.astype(np.intp), chunk.shape[0] - 2)
+            mission, quantity = self._mission[which], self._quantity[which]
+            before, after = chunk[below, mission, quantity], chunk[below + 1, mission, quantity]
+            self._value[which] = before + (place - below) * (after - before) + self._error[which]
+            self._next = end
+        if self._next_stamp == 0:
+            self.seen[:, HEADING] = chunk[-1, :, HEADING]
+        arrived = int(np.searchsorted(self._sorted_stamp, now + 1e-9, side="right"))
+        if arrived > self._next_stamp:
+            which = self._arrived[self._next_stamp : arrived]
+            self.seen[self._mission[which], self._quantity[which]] = self._value[which]
+            self._next_stamp = arrived

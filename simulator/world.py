@@ -16,10 +16,9 @@ from incsvr.numerics import Array
 from incsvr.plant.attitude import rotation
 from service.recordings.recording import Recording
 from simulator.hull import Hulls
-from simulator.log import Log
 from simulator.mission import BLOCK, TICK, TICK_S, Mission, Ship
 from simulator.physics import STEP, Physics, Truth
-from simulator.sensors import EFFORT, HEADING, QUANTITIES
+from simulator.sensors import EFFORT, HEADING, QUANTITIES, Log
 from simulator.vehicles import YAW
 
 
@@ -71,7 +70,7 @@ def play_together(missions: Iterable[Mission]) -> list[Outcome]:
         KeyError: a kind, an effect, a list or a channel that does not exist.
         ValueError: a controller's period is no whole number of ticks.
     """
-    ships = [Ship.of(mission) for mission in missions]
+    ships = [Ship(mission) for mission in missions]
     missions = [ship.mission for ship in ships]
     hulls = Hulls([mission.vehicle for mission in missions], np.array([ship.heading for ship in ships]))
     log, last = Log([ship.samples() for ship in ships]), max(ship.ticks for ship in ships)

@@ -139,7 +139,7 @@ def test_only_the_viewer_imports_rerun() -> None:
 
 
 def test_what_injects_an_effect_shares_nothing_with_what_finds_it() -> None:
-    written_apart = ("effects.py", "second_effects.py", "physics.py", "yaw.py")
+    written_apart = ("effects.py", "second_effects.py", "physics.py")
     for path in sorted((ROOT / "simulator").glob("*.py")):
         for module in imports_of(path):
             name = f"{path.relative_to(ROOT)} imports {module}"
