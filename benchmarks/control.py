@@ -31,7 +31,7 @@ from incsvr.tracing import trace
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learn, learner_for, samples_of, signals_for
-from simulator.effects import EFFECTS
+from simulator import effects
 from simulator.mission import Mission
 from simulator.physics import Physics, Setting
 from simulator.plans import OPEN_LOOP, Plan
@@ -57,7 +57,7 @@ def examine(case: Case) -> Record:
 def _control(name: str, seed: int, seconds: float) -> Record:
     random, hidden = np.random.default_rng([seed, *name.encode()]), Physics()
     if name != "nothing":
-        hidden, _ = EFFECTS[name](Setting(VEHICLE.inertia, VEHICLE.torque, VEHICLE.rate, 1.0, random, seconds))
+        hidden, _ = getattr(effects, name)(Setting(VEHICLE.inertia, VEHICLE.torque, VEHICLE.rate, 1.0, random, seconds))
     time: Array = np.arange(0.0, seconds - 1e-9, BEAT_S, dtype=np.float64)
     levels, sines = (OPEN_LOOP[kind](time / VEHICLE.time, random) for kind in ("telegraph", "multisine"))
     driven = Plan("torque", VEHICLE.torque * np.where(time < 0.5 * seconds, levels, sines))

@@ -20,7 +20,7 @@ from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from service.commands.trace import runs_of
 from service.recordings.recording import Recording
-from simulator.mission import LISTS, Mission
+from simulator.mission import EFFECTS, LISTS, ON_CHANNEL, Mission
 from simulator.sensors import CHANNELS, Sensor, own_clocks, torque_sensor
 from simulator.vehicles import SECOND, TURNING, Vehicle
 from simulator.world import play
@@ -46,7 +46,7 @@ class Case:
 def mission(case: Case, duration: float = 720.0) -> Mission:
     """What is played in a case."""
     random = np.random.default_rng([case.seed, case.index, *f"{case.of} {case.torque} {case.group}".encode()])
-    effects = [*LISTS[case.of].EFFECTS, "coupling", "modulation"]
+    effects = [*EFFECTS, *ON_CHANNEL]
     vehicles = TURNING if case.of == "main" else SECOND
     vehicle = list(vehicles.values())[int(random.integers(len(vehicles)))]
     chosen = [effects[case.index % len(effects)]] if case.group != "quiet" else []

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from simulator.physics import STEP, Array, Effect, MakeStage, Physics, Setting, Stage, Truth, static
+from simulator.physics import STEP, Array, MakeStage, Physics, Setting, Stage, Truth, static
 
 
 def bias_torque(here: Setting) -> tuple[Physics, Truth]:
@@ -29,21 +29,15 @@ def heading_current(here: Setting) -> tuple[Physics, Truth]:
     """A steady current turns the hull: once a turn (weathercock) or twice (the Munk moment)."""
     amplitude, phase = here.size * here.torque * here.between(0.06, 0.08), here.between(-math.pi, math.pi)
     harmonic = 1 if here.heads() else 2
-
-    def current(_rate: float, heading: float) -> float:
-        return amplitude * math.sin(harmonic * heading + phase)
-
-    return Physics(moments=(current,)), {"amplitude_nm": amplitude, "phase_rad": phase, "harmonic": harmonic}
+    current = (lambda _rate, heading: amplitude * math.sin(harmonic * heading + phase),)
+    return Physics(moments=current), {"amplitude_nm": amplitude, "phase_rad": phase, "harmonic": harmonic}
 
 
 def tether(here: Setting) -> tuple[Physics, Truth]:
     """A cable winds up with the turned angle."""
     stiffness = here.size * here.between(0.007, 0.010) * here.torque / (here.rate * here.time)
-
-    def twist(_rate: float, heading: float) -> float:
-        return -stiffness * (heading - here.start)
-
-    return Physics(moments=(twist,)), {"stiffness_nm_per_rad": stiffness}
+    twist = (lambda _rate, heading: -stiffness * (heading - here.start),)
+    return Physics(moments=twist), {"stiffness_nm_per_rad": stiffness}
 
 
 def wave(here: Setting) -> tuple[Physics, Truth]:
@@ -61,11 +55,7 @@ def wave(here: Setting) -> tuple[Physics, Truth]:
 def coulomb(here: Setting) -> tuple[Physics, Truth]:
     """A slip ring or a seal rubs: a moment against the sense of turning, however slow (regularised by tanh)."""
     friction, creep = here.size * here.torque * here.between(0.05, 0.07), 0.02 * here.rate
-
-    def rub(rate: float, _heading: float) -> float:
-        return -friction * math.tanh(rate / creep)
-
-    return Physics(moments=(rub,)), {"moment_nm": friction}
+    return Physics(moments=(lambda rate, _heading: -friction * math.tanh(rate / creep),)), {"moment_nm": friction}
 
 
 def inertia(here: Setting) -> tuple[Physics, Truth]:
@@ -165,11 +155,8 @@ def dead_zone(here: Setting) -> tuple[Physics, Truth]:
 def torque_asymmetry(here: Setting) -> tuple[Physics, Truth]:
     """A propeller gives less astern than ahead."""
     efficiency = 1.0 - here.size * here.between(0.13, 0.19)
-
-    def astern(moment: float) -> float:
-        return moment * efficiency if moment < 0.0 else moment
-
-    return Physics(stages=(static(astern),)), {"reverse_efficiency": efficiency}
+    astern = static(lambda moment: moment * efficiency if moment < 0.0 else moment)
+    return Physics(stages=(astern,)), {"reverse_efficiency": efficiency}
 
 
 def torque_saturation(here: Setting) -> tuple[Physics, Truth]:
@@ -178,15 +165,10 @@ def torque_saturation(here: Setting) -> tuple[Physics, Truth]:
     limit = here.torque * (1.0 - lost)
     # The smooth curve loses its first tenth long before L, so its L lies higher for the same loss at full torque.
     corner = here.torque / ((1.0 - lost) ** -4 - 1.0) ** 0.25
-
-    def cut(moment: float) -> float:
-        return min(max(moment, -limit), limit)
-
-    def bend(moment: float) -> float:
-        return moment / math.sqrt(math.sqrt(1.0 + (moment / corner) ** 4))
-
+    cut = static(lambda moment: min(max(moment, -limit), limit))
+    bend = static(lambda moment: moment / math.sqrt(math.sqrt(1.0 + (moment / corner) ** 4)))
     truth: Truth = {"limit_nm": limit if hard else corner, "shape": "cut" if hard else "bend"}
-    return Physics(stages=(static(cut if hard else bend),)), truth
+    return Physics(stages=(cut if hard else bend,)), truth
 
 
 def inflow(here: Setting) -> tuple[Physics, Truth]:
@@ -194,33 +176,27 @@ def inflow(here: Setting) -> tuple[Physics, Truth]:
     # At full torque and full rate this share of the moment is lost.
     share = here.size * here.between(0.15, 0.22)
     coefficient = share * here.torque / (here.rate * math.sqrt(here.torque))
-
-    def loss(thrust: float, rate: float) -> float:
-        return coefficient * math.sqrt(abs(thrust)) * rate
-
-    return Physics(losses=(loss,)), {"coefficient": coefficient}
+    loss = (lambda thrust, rate: coefficient * math.sqrt(abs(thrust)) * rate,)
+    return Physics(losses=loss), {"coefficient": coefficient}
 
 
-def coupling(here: Setting, channel: str) -> tuple[Physics, Truth]:
+def coupling(here: Setting) -> tuple[Physics, Truth]:
     """A moment in proportion to a channel: roll through a shifted centre of mass, a winch, ballast that flows."""
-    time, values = here.channels[channel]
+    time, values = here.course
     spread = float(np.std(values))
     coefficient = here.sign() * here.size * here.torque * here.between(0.05, 0.07) / spread
     # Speeds and rates act from zero on; what lies far from zero acts by its difference from where it began.
     origin = float(values[0]) if abs(np.mean(values)) > 3.0 * spread else 0.0
-
-    def moment(t: Array) -> Array:
-        return np.asarray(coefficient * (np.interp(t, time, values) - origin))
-
-    return Physics(outside=(moment,)), {"coefficient": coefficient, "origin": origin}
+    follows = (lambda t: np.asarray(coefficient * (np.interp(t, time, values) - origin)),)
+    return Physics(outside=follows), {"coefficient": coefficient, "origin": origin}
 
 
-def modulation(here: Setting, channel: str) -> tuple[Physics, Truth]:
+def modulation(here: Setting) -> tuple[Physics, Truth]:
     """A channel scales the thrust (a battery that sags) or the drag (cold water, depth under the surface)."""
-    time, values = here.channels[channel]
-    thrust = channel == "voltage" or here.heads()
+    time, values = here.course
+    thrust = here.channel == "voltage" or here.heads()
     # One deviation of the channel changes the thrust, or the drag, by this much.
-    strength = here.size * here.between(0.11, 0.16) * (1.0 if channel == "voltage" else here.sign())
+    strength = here.size * here.between(0.11, 0.16) * (1.0 if here.channel == "voltage" else here.sign())
     coefficient = strength / float(np.std(values))
     origin = float(np.mean(values)) if here.heads() else float(values[0])
 
@@ -229,14 +205,3 @@ def modulation(here: Setting, channel: str) -> tuple[Physics, Truth]:
 
     truth: Truth = {"coefficient": coefficient, "origin": origin, "shape": "thrust" if thrust else "drag"}
     return Physics(thrust=(factor,)) if thrust else Physics(drag=(factor,)), truth
-
-
-EFFECTS: dict[str, Effect] = {
-    each.__name__: each
-    for each in (
-        bias_torque, inertia, torque_lag, torque_delay, dead_zone, torque_asymmetry, torque_saturation, inflow,
-        heading_current, tether, wave, drag_drift, drag_step, memory, coulomb, bias_drift,
-    )
-}  # fmt: skip
-BY_CHANNEL = {"coupling": coupling, "modulation": modulation}
-"""The effects that come with a further channel."""

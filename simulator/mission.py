@@ -27,7 +27,14 @@ TICK_S = TICK * STEP
 BLOCK = 50
 """Ticks of a block: what follows from time alone is computed for a second at once."""
 LISTS: Mapping[str, ModuleType] = {"main": effects, "second": second_effects}
-"""The lists of effects, which were written apart."""
+"""The lists of effects, which were written apart; each has one function for each of these, with names and parameters of
+the recording contract."""
+EFFECTS = (
+    "bias_torque", "inertia", "torque_lag", "torque_delay", "dead_zone", "torque_asymmetry", "torque_saturation",
+    "inflow", "heading_current", "tether", "wave", "drag_drift", "drag_step", "memory", "coulomb", "bias_drift",
+)  # fmt: skip
+ON_CHANNEL = ("coupling", "modulation")
+"""Effects that follow a further channel; the channel's name stands behind a colon."""
 WATER = (0.1 / 18.0, 0.5 / 18.0)
 """The water's push: its deviation in largest efforts, from calm to rough."""
 WATER_TIME = (0.5, 4.0)
@@ -176,12 +183,11 @@ def _hide(
     swing = 0.3 * turn * math.sqrt(2.0 * mission.duration / (3.0 * vehicle.time)) if mission.kind in OPEN_LOOP else turn
     for name in mission.hidden if mission.size else ():
         kind, colon, channel = name.partition(":")
-        of = LISTS[mission.of]
         here = Setting(
             vehicle.inertia, vehicle.torque, vehicle.rate, mission.size, mission.chance(f"effect {name}"),
-            mission.duration, heading, swing, courses,
+            mission.duration, heading, swing, *((channel, courses[channel]) if colon else ()),
         )  # fmt: skip
-        found, truth[name] = of.BY_CHANNEL[kind](here, channel) if colon else of.EFFECTS[name](here)
+        found, truth[name] = vars(LISTS[mission.of])[kind](here)
         physics = physics + found
     return physics, truth
 

@@ -7,8 +7,8 @@ factor f, the water's rate w, the moments N or I.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +72,7 @@ class Setting:
         duration: of the mission [s].
         start: the heading at its start [rad].
         swing: how far the heading usually goes from there [rad].
-        channels: the true further channels by name: times [s] and values.
+        channel: the further channel that the effect follows, and its true course: times [s] and values.
     """
 
     inertia: float
@@ -83,7 +83,8 @@ class Setting:
     duration: float
     start: float = 0.0
     swing: float = 1.0
-    channels: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
+    channel: str = ""
+    course: tuple[Array, Array] = (np.empty(0), np.empty(0))
 
     @property
     def time(self) -> float:
@@ -101,10 +102,6 @@ class Setting:
     def sign(self) -> float:
         """Either sign, equally often."""
         return 1.0 if self.heads() else -1.0
-
-
-Effect = Callable[[Setting], tuple[Physics, Truth]]
-"""What is hidden, and with which parameters; names and parameters are those of the recording's contract."""
 
 
 def static(change: Stage) -> MakeStage:

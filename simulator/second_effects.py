@@ -11,7 +11,7 @@ from collections import deque
 
 import numpy as np
 
-from simulator.physics import STEP, Array, Effect, MakeStage, Physics, Setting, Stage, Truth, static
+from simulator.physics import STEP, Array, MakeStage, Physics, Setting, Stage, Truth, static
 
 MODULATES = {"voltage": "thrust", "temperature": "drag", "depth": "drag"}
 """What a channel scales; every other one the drag."""
@@ -36,11 +36,8 @@ def drag_step(here: Setting) -> tuple[Physics, Truth]:
     """A fairing comes loose, a load is fastened: it takes some time scales until the drag is another one."""
     fraction = here.size * (here.between(0.28, 0.45) if here.heads() else -here.between(0.22, 0.32))
     at, rise = here.duration * here.between(0.3, 0.7), 0.5 * here.time
-
-    def factor(t: Array) -> Array:
-        return np.asarray(1.0 + fraction * (0.5 + 0.5 * np.tanh((t - at) / rise)))
-
-    return Physics(drag=(factor,)), {"fraction": fraction, "at_s": at}
+    factor = (lambda t: 1.0 + fraction * (0.5 + 0.5 * np.tanh((t - at) / rise)),)
+    return Physics(drag=factor), {"fraction": fraction, "at_s": at}
 
 
 def memory(here: Setting) -> tuple[Physics, Truth]:
@@ -95,11 +92,9 @@ def heading_current(here: Setting) -> tuple[Physics, Truth]:
     amplitude = here.size * here.torque * here.between(0.065, 0.1)
     phase, other = here.between(-math.pi, math.pi), here.between(-math.pi, math.pi)
     harmonic, weaker = (1 if here.heads() else 2), amplitude * here.between(0.15, 0.3)
-
-    def turning(_r: float, psi: float) -> float:
-        return amplitude * math.sin(harmonic * psi + phase) + weaker * math.sin((3 - harmonic) * psi + other)
-
-    return Physics(moments=(turning,)), {"amplitude_nm": amplitude, "phase_rad": phase, "harmonic": harmonic}
+    drag = (lambda _r, psi: amplitude * math.sin(harmonic * psi + phase),)
+    munk = (lambda _r, psi: weaker * math.sin((3 - harmonic) * psi + other),)
+    return Physics(moments=drag + munk), {"amplitude_nm": amplitude, "phase_rad": phase, "harmonic": harmonic}
 
 
 def tether(here: Setting) -> tuple[Physics, Truth]:
@@ -225,11 +220,8 @@ def torque_saturation(here: Setting) -> tuple[Physics, Truth]:
     """Thrust that bends to a limit, a / (1 + (|a|/L)^p)^(1/p): from cavitation (p = 2.5) to a current limit (p = 8)."""
     # The square root, for about half of the thrust is lost to a limit that is that much higher.
     limit, sharpness = here.torque * here.between(0.5, 0.65) / math.sqrt(here.size), here.between(2.5, 8.0)
-
-    def bend(command: float) -> float:
-        return command / math.pow(1.0 + math.pow(abs(command) / limit, sharpness), 1.0 / sharpness)
-
-    return Physics(stages=(static(bend),)), {"limit_nm": limit, "shape": f"sharpness {sharpness:.1f}"}
+    bend = static(lambda command: command / math.pow(1.0 + math.pow(abs(command) / limit, sharpness), 1.0 / sharpness))
+    return Physics(stages=(bend,)), {"limit_nm": limit, "shape": f"sharpness {sharpness:.1f}"}
 
 
 def inflow(here: Setting) -> tuple[Physics, Truth]:
@@ -244,12 +236,12 @@ def inflow(here: Setting) -> tuple[Physics, Truth]:
     return Physics(losses=(loss,)), {"coefficient": share * math.sqrt(here.torque) / here.rate}
 
 
-def coupling(here: Setting, channel: str) -> tuple[Physics, Truth]:
+def coupling(here: Setting) -> tuple[Physics, Truth]:
     """A moment that follows a channel, and a little more than in proportion where the channel is large.
 
     What passes through zero acts from there; what never does, from its usual value.
     """
-    time, values = here.channels[channel]
+    time, values = here.course
     spread = float(np.std(values))
     origin = float(np.median(values)) if abs(np.mean(values)) > 2.0 * spread else 0.0
     coefficient = here.size * here.sign() * here.torque * here.between(0.06, 0.09) / spread
@@ -261,14 +253,14 @@ def coupling(here: Setting, channel: str) -> tuple[Physics, Truth]:
     return Physics(outside=(moment,)), {"coefficient": coefficient, "origin": origin}
 
 
-def modulation(here: Setting, channel: str) -> tuple[Physics, Truth]:
+def modulation(here: Setting) -> tuple[Physics, Truth]:
     """A power of the channel scales thrust or drag: the one by which a deviation of the channel makes 12 to 20 %.
 
     At the channel's mean nothing is scaled.
     """
-    time, values = here.channels[channel]
+    time, values = here.course
     mean, spread = float(np.mean(values)), float(np.std(values))
-    what = MODULATES.get(channel, "drag")
+    what = MODULATES.get(here.channel, "drag")
     share = here.size * here.between(0.12, 0.2) * (here.sign() if what == "drag" else 1.0)
 
     def factor(t: Array) -> Array:
@@ -276,14 +268,3 @@ def modulation(here: Setting, channel: str) -> tuple[Physics, Truth]:
 
     truth: Truth = {"coefficient": share / spread, "reference": mean, "shape": what}
     return Physics(thrust=(factor,)) if what == "thrust" else Physics(drag=(factor,)), truth
-
-
-EFFECTS: dict[str, Effect] = {
-    each.__name__: each
-    for each in (
-        bias_torque, inertia, torque_lag, torque_delay, dead_zone, torque_asymmetry, torque_saturation, inflow,
-        heading_current, tether, wave, drag_drift, drag_step, memory, coulomb, bias_drift,
-    )
-}  # fmt: skip
-BY_CHANNEL = {"coupling": coupling, "modulation": modulation}
-"""The effects that come with a further channel."""

@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks import control, live, missions, trace, whole_vehicle
 from benchmarks.study import run
-from simulator.mission import LISTS
+from simulator.mission import EFFECTS, LISTS, ON_CHANNEL
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def test_the_cases_hide_every_effect_of_both_lists() -> None:
     played = [(case, trace.mission(case)) for case in trace.cases(asked)]
     for of in LISTS:
         single = {m.hidden[0].partition(":")[0] for case, m in played if (case.of, case.group) == (of, "one")}
-        assert single == {*LISTS[of].EFFECTS, *LISTS[of].BY_CHANNEL}
+        assert single == {*EFFECTS, *ON_CHANNEL}
     for case, mission in played:
         assert len(mission.hidden) == {"one": 1, "two": 2, "quiet": 0}[case.group]
         assert {name.partition(":")[2] for name in mission.hidden} - {""} <= {*mission.channels}

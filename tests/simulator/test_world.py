@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from incsvr.numerics import Array
 from incsvr.plant.attitude import kinematics
 from incsvr.plant.mass_and_coriolis import coriolis_matrix
-from simulator.mission import LISTS, TICK_S, Mission
+from simulator.mission import EFFECTS, LISTS, ON_CHANNEL, TICK_S, Mission
 from simulator.plans import OPEN_LOOP, PLANS, Plan
 from simulator.sensors import CHANNELS, Sensor
 from simulator.vehicles import BODIES, SECOND, TURNING, Vehicle, rov
@@ -74,7 +74,7 @@ def test_who_is_played_beside_changes_nothing() -> None:
 
 @pytest.mark.parametrize("of", LISTS)
 def test_every_effect_turns_the_vehicle_and_none_of_size_zero_does(of: str) -> None:
-    names = [(name,) for name in LISTS[of].EFFECTS] + [(f"{kind}:{CHANNELS[0]}",) for kind in LISTS[of].BY_CHANNEL]
+    names = [(name,) for name in EFFECTS] + [(f"{kind}:{CHANNELS[0]}",) for kind in ON_CHANNEL]
     plain = Mission(TURNING["auv"], "multisine", 6, of=of, duration=40.0, water=0.0, channels=CHANNELS[:1])
     hidden = [replace(plain, hidden=each) for each in names]
     sound, nothing, *found = play_together([plain, replace(hidden[0], size=0.0), *hidden])
