@@ -1,4 +1,4 @@
-"""What a learner survives, notices and reports: kills, damage, restarts, junk, floods, a day of data.
+"""What a learner survives, notices and reports: kills, restarts, junk, floods, a day of data.
 
 Each learner is `incsvr serve` in a process of its own, on a real bus and a real disk. *Silently wrong* is an answer
 that is not what was published, or a loss that health does not report.
@@ -7,8 +7,6 @@ that is not what was published, or a loss that health does not report.
 from __future__ import annotations
 
 import argparse
-import shutil
-import sqlite3
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -22,11 +20,6 @@ from benchmarks.study import Record, run, table
 from service.bus.session import client_config_at, free_endpoint, open_session
 from service.wire import ModelSnapshot, measurement
 
-NO_ROWS = ("UPDATE memory SET value = '{}'", "UPDATE identity SET value = '[2, 2]' WHERE name = 'form'",
-           "UPDATE history SET snapshot = (SELECT snapshot FROM history WHERE revision = 1)",
-           "DELETE FROM history WHERE revision = (SELECT max(revision) FROM history)",
-           "ALTER TABLE memory ADD COLUMN more")  # fmt: skip
-"""What another program may have written into the state."""
 JUNK = (b"", b"\xff\xfe", b"null", b"{}", b'{"t": 1, "value": "x"}', b'{"t": NaN, "value": 0.1}', b"[" * 5000,
         b'{"t": 1e12, "value": 0.1}', b'{"t": [1, 2], "value": [0.1]}', b'{"t": 1, "value": 0.1, "seq": -1}',
         b'{"t": ' + b"9" * 4300 + b', "value": 0.1}', b'{"t": 1, "value": 0.1}' + b" " * 2_000_000)  # fmt: skip
@@ -62,62 +55,6 @@ def kills(times: int, seed: int, state: Path) -> Record:
             lost, wrong = lost + missing, wrong + otherwise
         about = f"of {subject.newest} published revisions those unknown after the start; time until it is ready"
         return row("kill -9 at a random moment, and a start", times, lost, wrong + subject.twice, until, about)
-
-
-def damage(times: int, seed: int, state: Path) -> Record:
-    """Damages copies of one state, and asks a learner that starts on each for the model and for all revisions."""
-    random, whole, until, lost, wrong = np.random.default_rng(seed), state / "whole", [], 0, 0
-    with Learner(whole) as subject, fed(subject.endpoint):
-        subject.note()
-        subject.wait_for(12)
-        subject.kill()
-        published = dict(subject.published)
-    for number in range(times):
-        copy = state / str(number)
-        shutil.copytree(whole, copy)
-        damaged(copy / f"{KEYS.prefix}.sqlite", number, random)
-        began = time.monotonic()
-        with Learner(copy) as subject:
-            subject.published |= published
-            served = subject.ask(KEYS.model, ModelSnapshot)
-            missing, otherwise = subject.wrong_answers(sorted(published))
-            missing += served is None
-            otherwise += served is not None and served.revision < max(published)
-            while missing:
-                if any(word in " ".join(subject.health().reasons) for word in ("state", "history")):
-                    until.append(time.monotonic() - began)
-                elif time.monotonic() - began < 10.0:
-                    continue
-                else:
-                    otherwise += 1
-                break
-        lost, wrong = lost + missing, wrong + otherwise
-    about = f"of {times * (1 + len(published))} models; time until health reports it"
-    return row("the state damaged between two starts, in seven ways", times, lost, wrong, until, about)
-
-
-def damaged(path: Path, number: int, random: np.random.Generator) -> None:
-    """One of seven damages in turn; the first, a flipped bit, comes twice as often."""
-    content, kind = bytearray(path.read_bytes()), max(number % 8 - 1, 0)
-    first = 512 * int(random.integers(len(content) // 512))
-    if kind == 0:
-        content[int(random.integers(len(content)))] ^= 1 << int(random.integers(8))
-    elif kind == 1:
-        content[first : first + 512] = bytes(512)
-    elif kind == 2:
-        del content[first:]
-    if kind <= 3:
-        path.write_bytes(b"" if kind == 3 else content)
-    elif kind == 4:
-        with sqlite3.connect(path) as connection:
-            connection.execute(NO_ROWS[int(random.integers(len(NO_ROWS)))])
-        connection.close()
-    elif kind == 5:
-        path.with_name(f"{path.name}-wal").write_bytes(random.bytes(5000))
-    else:
-        path.unlink()
-        if random.random() < 0.5:
-            path.mkdir()
 
 
 def restarts(times: int, seed: int, state: Path) -> Record:
@@ -224,7 +161,7 @@ def _taught(subject: Learner) -> ModelSnapshot:
 
 
 TRIES: dict[str, tuple[Callable[[int, int, Path], Record], int]] = {
-    "kills": (kills, 200), "damage": (damage, 200), "restarts": (restarts, 100), "junk": (junk, 10_000),
+    "kills": (kills, 200), "restarts": (restarts, 100), "junk": (junk, 10_000),
     "flood": (flood, 30), "day": (day, 24),
 }  # fmt: skip
 """By name, with how often."""

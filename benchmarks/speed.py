@@ -9,6 +9,8 @@ the bus are measured by `incsvr bench`.
 from __future__ import annotations
 
 import argparse
+import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -24,12 +26,7 @@ import zenoh
 from benchmarks.learner_process import PATIENCE_S, partner, process
 from benchmarks.study import Record, run, table
 from incsvr.plant.axes import AXES
-from incsvr.plant.terms import own_damping, restoring
-from incsvr.vehicle import Parameter, Vehicle
 from service.bus.session import answer, client_config_at, free_endpoint, open_session
-from service.config.vehicle_file import write_vehicle
-from service.recordings.recording import Recording
-from service.recordings.recording_csv import write
 from service.wire import Health, IterationHistory, Keys
 from simulator.player import wait_for_learner
 
@@ -39,21 +36,19 @@ MAX_RUN_S = 300.0
 """So long the vehicles may take for their run [s]."""
 SETTLE_S = 10.0
 """Six axes are measured so long after the first message [s]: what is allocated once has been then."""
+CLI = "service.cli.command_line"
 STORED = ("model", "iteration", "coefficients")
 """What an iteration publishes; health comes each second, the streams as often as the sensors do."""
-MASS, LINEAR, QUADRATIC = (16.0, 18.0, 20.0, 0.3, 0.4, 0.6), (14, 18, 20, 0.4, 0.5, 0.6), (40, 60, 70, 0.5, 0.8, 1.6)
-EFFORT, FASTEST = (40.0, 40.0, 60.0, 4.0, 4.0, 8.0), (1.0, 0.85, 0.85, 2.1, 3.2, 2.7)
-"""The small ROV, surge to yaw: [kg], [kg m²]; [N s/m], [N m s]; [N s²/m²], [N m s²]; [N], [N m]; [m/s], [rad/s]."""
 
 
-def cases(asked: argparse.Namespace) -> list[tuple[str, float, float]]:
-    both = [("fleet", asked.vehicles, asked.pace), ("six axes", asked.seconds, asked.hz)]
+def cases(asked: argparse.Namespace) -> list[tuple[str, tuple[float, ...]]]:
+    both = [("fleet", (asked.vehicles, asked.pace)), ("six axes", (asked.seconds,))]
     return [case for case in both if asked.only in case[0]]
 
 
-def examine(case: tuple[str, float, float]) -> Record:
-    name, one, other = case
-    return {"case": name, "asked": [one, other]} | (fleet(int(one), other) if name == "fleet" else six_axes(one, other))
+def examine(case: tuple[str, tuple[float, ...]]) -> Record:
+    name, asked = case
+    return {"case": name, "asked": asked} | (fleet(int(asked[0]), asked[1]) if name == "fleet" else six_axes(*asked))
 
 
 def fleet(vehicles: int, pace: float) -> Record:
@@ -61,7 +56,7 @@ def fleet(vehicles: int, pace: float) -> Record:
     endpoint, prefixes = free_endpoint(), [f"vehicle{number}/yaw" for number in range(vehicles)]
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         relay = stack.enter_context(partner("router", endpoint))
-        shared = ("service.cli.command_line", "serve", "--set", f"bus.connect={endpoint}", "--set", f"state={folder}")
+        shared = (CLI, "serve", "--set", f"bus.connect={endpoint}", "--set", f"state={folder}")
         learners = [stack.enter_context(process(*shared, "--set", f"prefix={each}")) for each in prefixes]
         shore = stack.enter_context(open_session(client_config_at(endpoint), PATIENCE_S))
         for each in prefixes:
@@ -81,7 +76,7 @@ def fleet(vehicles: int, pace: float) -> Record:
         began, before = time.perf_counter(), [_processor(each) for each in pids]
         play = ("simulate", "--set", f"bus.connect={endpoint}", "--runs", "T1", "--speed", str(pace))
         for each in prefixes:
-            stack.enter_context(process("service.cli.command_line", *play, "--set", f"prefix={each}"))
+            stack.enter_context(process(CLI, *play, "--set", f"prefix={each}"))
         waits, number = [], 0
         while not done.wait(0.02):
             if time.perf_counter() - began > MAX_RUN_S:
@@ -114,24 +109,20 @@ def fleet(vehicles: int, pace: float) -> Record:
     ]}  # fmt: skip
 
 
-def six_axes(seconds: float, hz: float, seed: int = 53_001) -> Record:
+def six_axes(seconds: float) -> Record:
     """Processor time and memory of the learner of six axes over so many seconds."""
-    rng, endpoint = np.random.default_rng(seed), free_endpoint()
+    endpoint = free_endpoint()
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        file, log = Path(folder) / "rov.yaml", Path(folder) / "commands.csv"
-        write_vehicle(file, small_rov())
-        at = np.arange(int((seconds + 2.0 * SETTLE_S) * hz)) / hz
-        held = rng.uniform(-1.0, 1.0, (6, int(at[-1]) + 1))[:, at.astype(int)] * np.array(EFFORT)[:, None]
-        columns = {"yaw_rate": np.zeros(at.size)}  # of a log that nobody drove
-        columns |= {axis.effort: held[place] for place, axis in enumerate(AXES.values())}
-        write(log, Recording("commands", at, columns))
-        shared, words = ("--vehicle", str(file)), ("--set", f"state={folder}/state", "--listen", endpoint)
-        served = stack.enter_context(process("service.cli.command_line", "serve", *shared, *words))
+        file, log = f"{folder}/rov.yaml", f"{folder}/dive.csv"
+        for words in (("demo", "--log", log, "--log-of", "rov"), ("identify", log, "--write", file)):
+            subprocess.run([sys.executable, "-m", CLI, *words], check=True, capture_output=True)
+        shared, words = ("--vehicle", file), ("--set", f"state={folder}/state", "--listen", endpoint)
+        served = stack.enter_context(process(CLI, "serve", *shared, *words))
         session = stack.enter_context(open_session(client_config_at(endpoint), PATIENCE_S))
         keys = [Keys(f"leng/{name}") for name in AXES]
         wait_for_learner(session, keys[0], PATIENCE_S, threading.Event())
-        played = ("simulate", *shared, "--commands", str(log), "--connect", endpoint)
-        stack.enter_context(process("service.cli.command_line", *played))
+        played = ("simulate", *shared, "--commands", log, "--connect", endpoint)
+        stack.enter_context(process(CLI, *played))
         while not (health := answer(session, keys[-1].health, Health)) or not health.counters["samples"]:
             time.sleep(0.5)
         time.sleep(SETTLE_S)
@@ -142,25 +133,11 @@ def six_axes(seconds: float, hz: float, seed: int = 53_001) -> Record:
         peak = Path(f"/proc/{served.pid}/status").read_text(encoding="utf-8").partition("VmHWM:")[2].split()[0]
     lost = sum(stream.lost for health in healths for stream in health.streams.values())
     return {"rows": [
-        (f"six axes, fourteen streams at {hz:g} Hz for {seconds:g} s: the learner", f"{percent:.1f} % of a core"),
+        (f"six axes, fourteen streams at 50 Hz for {seconds:g} s: the learner", f"{percent:.1f} % of a core"),
         ("its memory at most", f"{int(peak) * 1024 / 1e6:.0f} MB"),
         ("iterations of the six learners", ", ".join(str(health.iteration) for health in healths)),
         ("messages lost / values rejected", f"{lost} / {sum(health.counters['rejected'] for health in healths)}"),
     ]}  # fmt: skip
-
-
-def small_rov() -> Vehicle:
-    """A vehicle file's model with six actuated axes and a righting moment."""
-
-    def known(value: float) -> Parameter:
-        return Parameter(value, value, value)
-
-    names = tuple(AXES)
-    own = {"linear": LINEAR, "quadratic": QUADRATIC, "righting": (12.0,) * 6}
-    terms = (*own_damping(names), *restoring(names, ("roll", "pitch")))
-    found = {term: known(float(own[term.kind][names.index(term.axis)])) for term in terms if term.kind in own}
-    mass = {(name, name): known(MASS[place]) for place, name in enumerate(names)}
-    return Vehicle("rov", names, names, mass, found, {}, np.array(FASTEST))
 
 
 def _processor(pids: Sequence[int]) -> float:
@@ -177,7 +154,7 @@ def report(results: Sequence[Record]) -> Iterator[str]:
 def main(words: Sequence[str] | None = None) -> None:
     run("speed", __doc__, cases, examine, report, words, ("eclipse-zenoh",), vehicles=(10, "learners of the fleet"),
         pace=(8.0, "times the fleet's own pace"), seconds=(60.0, "so long six axes are measured [s]"),
-        hz=(100.0, "values of each of their streams in a second"), only=("", "part of the case's name"))  # fmt: skip
+        only=("", "part of the case's name"))  # fmt: skip
 
 
 if __name__ == "__main__":

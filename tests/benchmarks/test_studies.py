@@ -66,11 +66,11 @@ def test_a_drag_that_doubles_is_found_in_its_dive(study: Study) -> None:
 
 
 @pytest.mark.slow
-def test_a_learner_survives_kills_damage_and_junk(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(hold, "TRIES", {name: hold.TRIES[name] for name in ("kills", "damage", "junk")})
-    kills, damage, junk = study(hold.main, "--part", "0.005")
-    assert (kills["tried"], damage["tried"], junk["tried"]) == (1, 1, 50)
-    assert [each["wrong"] for each in (kills, damage, junk)] == [0, 0, 0]
+def test_a_learner_survives_kills_and_junk(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hold, "TRIES", {name: hold.TRIES[name] for name in ("kills", "junk")})
+    kills, junk = study(hold.main, "--part", "0.005")
+    assert (kills["tried"], junk["tried"]) == (1, 50)
+    assert [each["wrong"] for each in (kills, junk)] == [0, 0]
     assert kills["lost"] == junk["lost"] == 0
 
 
@@ -79,7 +79,7 @@ def test_a_fleet_arrives_ashore_and_six_axes_are_learned_in_one_process(
     study: Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(speed, "SETTLE_S", 1.0)
-    words = ("--vehicles", "2", "--pace", "200", "--seconds", "4", "--hz", "20")
+    words = ("--vehicles", "2", "--pace", "200", "--seconds", "4")
     fleet, six = (dict(each["rows"]) for each in study(speed.main, *words))
     assert fleet["history fetched through the router"].startswith("28 iterations")
     assert six["messages lost / values rejected"] == "0 / 0"
