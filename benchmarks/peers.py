@@ -88,46 +88,37 @@ class Integrated:
 
 @dataclass(frozen=True, slots=True)
 class Narx:
-    """A polynomial NARX model of sysidentpy, its terms evaluated over all runs at once.
+    """A polynomial NARX model of sysidentpy.
 
     Attributes:
-        terms: sysidentpy's codes, (terms, degree): 1000 (j + 1) + lag of quantity j, of which the first is the
-            velocity; 0 means 1.
-        theta: (terms,) coefficients.
+        model: the library's.
         deviation: by what velocity and inputs are divided.
         others: names of the velocities among the inputs.
         hop: cells of the grid in a step.
         limit: beyond it a simulation has run away, in deviations.
     """
 
-    terms: NDArray[Any]
-    theta: Array
+    model: Any
     deviation: Array
     others: tuple[str, ...]
     hop: int
     limit: float
 
     def simulate(self, signals: Signals) -> Array:
-        first, size = _starts(signals), np.diff(signals.start)
-        steps = -(-(int(size.max()) - 1) // self.hop)
-        # Before a run began its velocity was its first.
-        course = [signals.rate[first] / self.deviation[0]] * LAGS
-        driven = [self.mean_input(signals, first + k * self.hop, first, first + size) for k in range(1 - LAGS, steps)]
-        for k in range(steps):
-            new = np.zeros(first.size)
-            for codes, weight in zip(self.terms, self.theta, strict=True):
-                term = np.full(first.size, weight)
-                for code in codes[codes > 0]:
-                    which, lag = divmod(int(code), 1000)
-                    past = k + LAGS - lag
-                    term = term * (course[past] if which == 1 else driven[past][:, which - 2])
-                new += term
-            course.append(np.clip(np.nan_to_num(new, nan=self.limit), -self.limit, self.limit))
-        values = self.deviation[0] * np.array(course[LAGS - 1 :])
-        at = np.arange(steps + 1) * self.hop
-        return np.concatenate([np.interp(np.arange(count), at, values[:, k]) for k, count in enumerate(size)])
+        found = []
+        for run in signals.runs():
+            count = run.stop - run.start
+            # Before a run began its velocity was its first.
+            at = self.hop * np.arange(1 - LAGS, -(-(count - 1) // self.hop) + 1)
+            first = np.full((LAGS, 1), signals.rate[run.start] / self.deviation[0])
+            pushed = self.mean_input(signals, run.start + at, run.start, run.stop)
+            with np.errstate(all="ignore"):
+                course = np.nan_to_num(self.model.predict(X=pushed, y=first)[LAGS - 1 :, 0], nan=self.limit)
+            course = self.deviation[0] * np.clip(course, -self.limit, self.limit)
+            found.append(np.interp(np.arange(count), at[LAGS - 1 :], course))
+        return np.concatenate(found)
 
-    def mean_input(self, signals: Signals, at: NDArray[Any], begin: NDArray[Any], end: NDArray[Any]) -> Array:
+    def mean_input(self, signals: Signals, at: NDArray[Any], begin: int, end: int) -> Array:
         """(n, m) means of what was measured over the step that begins at these cells."""
         inputs = np.column_stack([signals.torque, columns(signals, self.others)])
         cells = [np.clip(at + k, begin, end - 1) for k in range(self.hop)]
@@ -193,9 +184,9 @@ def frols(signals: Signals, others: Sequence[str]) -> Narx:
     deviation = _deviation(signals, others)
     hop = max(round(0.1 * signals.scale / signals.step), 1)
     limit = RUNAWAY_RATIO * float(np.max(np.abs(signals.rate))) / deviation[0]
-    blank = Narx(np.zeros((0, 2), dtype=np.intp), np.zeros(0), deviation, tuple(others), hop, limit)
+    blank = Narx(None, deviation, tuple(others), hop, limit)
     at = np.concatenate([np.arange(run.start, run.stop - hop, hop) for run in signals.runs()])
-    pushed = blank.mean_input(signals, at, np.zeros_like(at), np.full_like(at, len(signals)))
+    pushed = blank.mean_input(signals, at, 0, len(signals))
     candidates, lags = [], [list(range(1, LAGS + 1))] * pushed.shape[1]
     for count in TERMS:
         basis = Polynomial(degree=2)
@@ -203,7 +194,7 @@ def frols(signals: Signals, others: Sequence[str]) -> Narx:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             model.fit(X=pushed, y=signals.rate[at, None] / deviation[0])
-        candidates.append(replace(blank, terms=np.asarray(model.final_model), theta=np.ravel(model.theta)))
+        candidates.append(replace(blank, model=model))
     return _least(signals, candidates)
 
 
