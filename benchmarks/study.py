@@ -36,6 +36,12 @@ RESULTS = Path(__file__).parent / "results"
 """Where the pages of the published results are."""
 MEASURED = Path(__file__).parents[2] / "shared" / "measured"
 """The recordings of measured vehicles carry no licence, so they are beside the project and not in it."""
+HALVES = {
+    "dagon": (["run_01", "run_03", "run_05", "run_07"], ["run_04"]),
+    "blueboat": (["run_220", "run_221", "run_224", "run_225"], ["run_230", "run_233", "run_234"]),
+    "kvlcc2": (["Z_05_01", "Z_10_10_P", "Z_20_10_S", "Z_35_05"], ["Z_10_05", "Z_15_05", "Z_25_05"]),
+}
+"""Their recordings in halves, stated before any figure was seen: each is fitted once, and judged on once."""
 SIGMAS_OF_95 = 1.96
 """Half width of a band of 95 %, in standard deviations."""
 

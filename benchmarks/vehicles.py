@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, Predict, RecursiveLeastSquares
 from benchmarks.peers import RUNAWAY_RATIO, Integrated, Motion, Trivial, frols, process, sindy
-from benchmarks.study import MEASURED, Record, run, table
+from benchmarks.study import HALVES, MEASURED, Record, run, table
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.numerics import Array, root_mean_square
@@ -34,18 +34,14 @@ from service.recordings.samples_from_recording import samples_of, signals_for
 
 SETTLING_RATIO = 30.0
 """Time constant of the adaptive identifier's coefficients, in those in which its copy follows, T_c (its own ratio)."""
-AUV = ["run_01", "run_03", "run_05", "run_07"], ["run_04"]
-BOAT = ["run_220", "run_221", "run_224", "run_225"], ["run_230", "run_233", "run_234"]
-TANKER = ["Z_05_01", "Z_10_10_P", "Z_20_10_S", "Z_35_05"], ["Z_10_05", "Z_15_05", "Z_25_05"]
 ROV = ["run_03", "run_04", "run_05"]
 CLOSED = ["run_12", "run_13", "run_14", "run_15"], ["run_07", "run_08", "run_09", "run_10", "run_11"]
-HALVES = (
-    ("dagon", "surge", 2200.0, AUV), ("dagon", "sway", 2500.0, AUV), ("dagon", "yaw", 800.0, AUV),
-    ("blueboat", "surge", 41.8, BOAT), ("blueboat", "yaw", 25.65, BOAT), ("blueboat", "yaw", 5.7, BOAT),
-    ("kvlcc2", "yaw", 16100.0, TANKER),
+INERTIAS = (
+    ("dagon", "surge", 2200.0), ("dagon", "sway", 2500.0), ("dagon", "yaw", 800.0), ("blueboat", "surge", 41.8),
+    ("blueboat", "yaw", 25.65), ("blueboat", "yaw", 5.7), ("kvlcc2", "yaw", 16100.0),
 )  # fmt: skip
-"""Vehicle, axis, declared inertia [kg], [kg m²], and its recordings in halves, each fitted once. The AUV's inertias are
-of output-error fits, the others published; 5.7 kg m² are the boat's makers' and four times too small."""
+"""Vehicle, axis, declared inertia [kg], [kg m²]. The AUV's inertias are of output-error fits, the others published; 5.7
+kg m² are the boat's makers' and four times too small."""
 Case = tuple[str, str, float, list[str], list[str]]
 """Vehicle, axis, declared inertia, recordings that are fitted, and those that are judged on."""
 SPLITS: tuple[Case, ...] = (
@@ -53,7 +49,7 @@ SPLITS: tuple[Case, ...] = (
     ("bluerov", "yaw", 1.125, *CLOSED),
     *(
         (vehicle, axis, inertia, first, second)
-        for vehicle, axis, inertia, (one, two) in HALVES for first, second in ((one, two), (two, one))
+        for vehicle, axis, inertia in INERTIAS for first, second in (HALVES[vehicle], HALVES[vehicle][::-1])
     ),
 )  # fmt: skip
 

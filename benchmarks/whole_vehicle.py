@@ -8,27 +8,18 @@ velocity held.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from benchmarks.study import MEASURED, Record, grouped, run, seeds, share, table
+from benchmarks.study import HALVES, MEASURED, Record, grouped, run, seeds, share, table
 from incsvr.vehicle import Identified, identify, on_grid
 from service.recordings.recording_csv import read
 from simulator.dive_log import dives
 from simulator.vehicles import BODIES, NAMES, Vehicle
 
-SPLITS: Mapping[str, tuple[str, tuple[str, ...], tuple[str, ...], Mapping[str, str]]] = {
-    "dagon": ("run_{}", ("01", "03", "05", "07"), ("04",), {}),
-    "blueboat": ("run_{}", ("220", "221", "224", "225"), ("230", "233", "234"), {}),
-    "kvlcc2": (
-        "Z_{}",
-        ("05_01", "10_10_P", "20_10_S", "35_05"),
-        ("10_05", "15_05", "25_05"),
-        {"thrust": "surge_force"},
-    ),
-}
-"""Vehicle → the names of its recordings, both halves, and columns that are called otherwise."""
+CALLED = {"thrust": "surge_force"}
+"""Columns that are called otherwise."""
 AHEAD_S = 5.0
 CURRENT_M_S = 0.15
 Case = tuple[str, str, int, float]
@@ -72,13 +63,9 @@ def known(vehicle: Vehicle, found: Identified) -> list[Record]:
 
 
 def _measured(vehicle: str, flipped: bool) -> Record:
-    pattern, one, other, called = SPLITS[vehicle]
-    first, second = (other, one) if flipped else (one, other)
-    runs = [
-        [read(MEASURED / vehicle / f"{pattern.format(name)}.csv").streams() for name in names]
-        for names in (first, second)
-    ]
-    fitted, unseen = ([{called.get(k, k): stream for k, stream in each.items()} for each in own] for own in runs)
+    halves = HALVES[vehicle][::-1] if flipped else HALVES[vehicle]
+    runs = [[read(MEASURED / vehicle / f"{name}.csv").streams() for name in names] for names in halves]
+    fitted, unseen = ([{CALLED.get(k, k): stream for k, stream in each.items()} for each in own] for own in runs)
     motion = on_grid(fitted)
     found = identify(motion, on_grid(unseen, motion.step), name=vehicle)
     model, hold, _ = found.errors.horizons[AHEAD_S]
@@ -87,7 +74,7 @@ def _measured(vehicle: str, flipped: bool) -> Record:
          "hold": float(h), "inertia": found.vehicle.mass[axis, axis].value}
         for axis, m, h in zip(found.errors.axes, model, hold, strict=True)
     ]  # fmt: skip
-    return {"what": "measured", "split": f"{vehicle}: {', '.join(first)} → {', '.join(second)}", "rows": rows}
+    return {"what": "measured", "split": f"{vehicle}: {' → '.join(', '.join(names) for names in halves)}", "rows": rows}
 
 
 def report(records: Sequence[Record]) -> Iterable[str]:
@@ -120,7 +107,7 @@ def _ratio(own: Sequence[Record]) -> str:
 
 def cases(asked: argparse.Namespace) -> list[Case]:
     """Measured splits both ways where the recordings are there, and simulated vehicles in both waters."""
-    there = [name for name in SPLITS if (MEASURED / name).is_dir()] if asked.measured else []
+    there = [name for name in HALVES if (MEASURED / name).is_dir()] if asked.measured else []
     real: list[Case] = [("measured", name, flipped, 0.0) for name in there for flipped in (0, 1)]
     waters = ("still water", "in a current")
     return real + [(what, name, seed, asked.seconds) for what in waters for name in BODIES for seed in seeds(asked)]
