@@ -183,16 +183,9 @@ def _motion(run: Run, rng: np.random.Generator) -> tuple[Array, Array, tuple[Arr
 def lasting(memory: float, step: float, size: int, rng: np.random.Generator) -> Array:
     """An Ornstein–Uhlenbeck process of deviation one, (size,) values `step` apart, that lasts `memory` [s]."""
     kept = exp(-step / memory)
-    first = float(rng.standard_normal())
-    return np.append(first, lasting_noise(first, kept, sqrt(1.0 - kept**2) * rng.standard_normal(size))[:-1])
-
-
-def lasting_noise(value: float, kept: float, kicks: Array) -> Array:
-    """(n,) values xₖ = kept · xₖ₋₁ + kickₖ that follow a first one, which is not among them."""
-    values = list[float]()
-    for kick in kicks.tolist():
-        value = kept * value + kick
-        values.append(value)
+    values = [float(rng.standard_normal())]
+    for kick in (sqrt(1.0 - kept**2) * rng.standard_normal(size)).tolist()[:-1]:
+        values.append(kept * values[-1] + kick)
     return np.array(values)
 
 

@@ -50,11 +50,11 @@ class Messages:
         return int(np.count_nonzero(self.stream == stream))
 
 
-def messages(streams: Mapping[str, tuple[Array, Array]]) -> Messages:
-    """The messages of streams, name → (stamps [s], values), each sent at its stamp."""
+def messages(streams: Mapping[str, tuple[Array, Array]], whole_keys: bool = False) -> Messages:
+    """The messages of streams, name or whole key → (stamps [s], values), each sent at its stamp."""
     number, t, value = (
         np.concatenate(columns)
         for columns in zip(*((np.full(t.size, k), t, v) for k, (t, v) in enumerate(streams.values())), strict=True)
     )
     order = np.argsort(t, kind="stable")
-    return Messages(tuple(streams), number[order], t[order], t[order], value[order])
+    return Messages(tuple(streams), number[order], t[order], t[order], value[order], whole_keys)

@@ -64,7 +64,6 @@ class Mission:
         channels: further channels that are logged.
         water: 1 for water as it usually is, 0 for still water.
         current: velocity of the water to north and east [m/s].
-        resolution: step of the commanded torque, in full torques; 0 for none.
         asked: what is asked for in place of the plan of `kind`.
     """
 
@@ -82,7 +81,6 @@ class Mission:
     channels: tuple[str, ...] = ()
     water: float = 1.0
     current: tuple[float, float] = (0.0, 0.0)
-    resolution: float = 0.0
     asked: Plan | None = None
 
     def chance(self, what: str) -> np.random.Generator:
@@ -112,7 +110,6 @@ class Ship:
         self.ticks = every * math.ceil(mission.duration / (every * TICK_S) - 1e-9)
         beats: Array = every * TICK_S * np.arange(self.ticks // every, dtype=np.float64)
         asked = mission.asked or plan(mission.kind, vehicle, beats, chance("plan"))
-        asked = replace(asked, resolution=mission.resolution * vehicle.torque)
         self.pilot = pilot(asked, vehicle, every * TICK_S)
         self._courses = {
             name: sensors.channel(name, mission.duration, vehicle.time, chance(f"channel {name}"))

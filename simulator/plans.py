@@ -40,7 +40,6 @@ class Plan:
         dead_band: the heading may be off by so much before anything is done about it [rad].
         ahead: torque that is added whatever the sensors show, one value a beat [N m]; empty for none.
         others: efforts of the other axes, one value a beat [N], [N m]; they look at nothing.
-        resolution: step of the commanded torque [N m], 0 for none.
     """
 
     law: Literal["heading", "rate", "torque"]
@@ -51,7 +50,6 @@ class Plan:
     dead_band: float = 0.0
     ahead: Array | None = None
     others: Mapping[str, Array] | None = None
-    resolution: float = 0.0
 
 
 Pilot = Callable[[int, float, float], list[float]]
@@ -89,8 +87,7 @@ def pilot(plan: Plan, vehicle: Vehicle, period: float) -> Pilot:
 
     def steer(beat: int, rate: float, heading: float) -> list[float]:
         asked = [0.0] * 6
-        moment = torque(beat, rate, heading)
-        asked[YAW] = round(moment / plan.resolution) * plan.resolution if plan.resolution else moment
+        asked[YAW] = torque(beat, rate, heading)
         for place, values in others:
             asked[place] = values[beat]
         return asked

@@ -85,8 +85,10 @@ def play(
         Unheard: a learner answers, but it receives nothing of the yaw rate or of the torque.
     """
     intake = intake or Intake(session, keys, stop)
-    unheard = set(REQUIRED) & set(what.names)
     placed = [what.key(stream, keys) for stream in range(len(what.names))]
+    places = {key: place for place, (key, _) in enumerate(placed)}
+    own = {name: places[key] for name in REQUIRED if (key := keys.stream(name)) in places}
+    unheard = set(own)
     publishers = [
         session.declare_publisher(key, encoding=encoding, congestion_control=zenoh.CongestionControl.BLOCK)
         for key, encoding in placed
@@ -103,7 +105,7 @@ def play(
             publishers[number].put(what.payload(index, sequence[number]))
             sequence[number] += 1
         sent = max(sent, due)
-        gone = dict(zip(what.names, sequence, strict=True))
+        gone = {name: sequence[place] for name, place in own.items()}
         if unheard and (sent == len(what) or all(gone[name] for name in unheard)):
             intake.check([name for name in unheard if gone[name]])
             unheard = set()

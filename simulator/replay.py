@@ -8,10 +8,10 @@ import math
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.signals import REQUIRED
 from service.bus.session import BusRefusal, client_config, nobody_at, open_session, stop_event
@@ -22,7 +22,7 @@ from service.logs.cutting import Cut
 from service.logs.dives import DIVE_RULE
 from service.recordings.archive_reader import ArchiveReader, is_archive
 from service.recordings.reading import Reading, add_log_arguments
-from service.recordings.recording import Recording, Streams, sequence
+from service.recordings.recording import Recording, sequence
 from service.wire import Keys
 from simulator.intake import Intake
 from simulator.messages import Messages, messages
@@ -57,30 +57,28 @@ def run(args: argparse.Namespace) -> int:
         return play_to_learner(args, config, kept, kept.name)
     recording = sequence(Reading.of(args, config).of_all(args.recordings))
     others = [] if args.axis is not None else _of_other_axes(args, learners)
-    if not others:
-        return play_to_learner(args, config, messages(recording.streams()), recording.name)
-    played = replace(messages(placed(((config, recording), *others))), whole_keys=True)
-    return play_to_learner(args, config, played, recording.name, [learner.prefix for learner, _ in others])
+    return play_axes(args, [(config, recording), *others], recording.name)
 
 
-def placed(axes: Sequence[tuple[Config, Recording]]) -> Streams:
-    """The streams of each axis by their keys, but those that its learner is told by another one."""
-    return {
-        Keys(learner.prefix).stream(name): stream
-        for learner, recording in axes
-        for name, stream in recording.streams().items()
-        if not any(name in learner.hears(other) and name in learner.signal_settings().channels for other, _ in axes)
-        and _comes_once(name, learner, [each for each, _ in axes])
-    }
+def play_axes(args: argparse.Namespace, axes: Sequence[tuple[Config, Recording]], name: str) -> int:
+    """Plays a vehicle's motion, as each of its learners takes it, to all of them. Exit status.
 
-
-def _comes_once(name: str, learner: Config, learners: Sequence[Config]) -> bool:
-    """Whether a stream is to come to a learner: its own two, and to the first what no other has."""
-    if name in REQUIRED or learner is not learners[0]:
-        return name in REQUIRED
-    others = [AXES[each.vehicle.axis] for each in learners[1:]]
-    own = AXES[learner.vehicle.axis]
-    return name not in {*(stream_of(own, each.rate) for each in others), *(each.effort for each in others)}
+    Each learner gets the streams of its own axis, but those that it takes from another learner, and the first one also
+    what no other has.
+    """
+    learners = [learner for learner, _ in axes]
+    streams = dict[str, tuple[Array, Array]]()
+    for learner, recording in axes:
+        own, others = AXES[learner.vehicle.axis], [AXES[each.vehicle.axis] for each in learners if each is not learner]
+        theirs = {name for each in others for name in (stream_of(own, each.rate), each.effort)}
+        for stream, values in recording.streams().items():
+            heard = stream in learner.signal_settings().channels and any(
+                stream in learner.hears(other) for other in learners
+            )
+            if not heard and (stream in REQUIRED or (learner is learners[0] and stream not in theirs)):
+                streams[Keys(learner.prefix).stream(stream)] = values
+    what = messages(streams, whole_keys=True)
+    return play_to_learner(args, learners[0], what, name, [each.prefix for each in learners[1:]])
 
 
 def _of_other_axes(args: argparse.Namespace, learners: Sequence[Config]) -> list[tuple[Config, Recording]]:

@@ -22,7 +22,7 @@ from service.wire.json_text import write_json
 from simulator import leng
 from simulator.leng_at_sea import third_act
 from simulator.messages import messages
-from simulator.replay import add_player_arguments, placed, play_to_learner
+from simulator.replay import add_player_arguments, play_axes, play_to_learner
 from simulator.whole_vehicle import moved_by
 
 MAX_SEED = 2**32 - 1
@@ -79,9 +79,8 @@ def _play_whole_vehicle(args: argparse.Namespace, config: Config, file: Path) ->
     if args.write is not None:
         return _written(args.write, [replace(recording, name="whole")])
     learners = (first, *(each for each in learners if first.hears(each)))
-    what = messages(placed([(each, of_axis(recording, AXES[each.vehicle.axis])) for each in learners]))
-    prefixes = [each.prefix for each in learners[1:]]
-    return play_to_learner(args, first, replace(what, whole_keys=True), recording.name, prefixes)
+    axes = [(each, of_axis(recording, AXES[each.vehicle.axis])) for each in learners]
+    return play_axes(args, axes, recording.name)
 
 
 def _written(folder: Path, runs: list[Recording]) -> int:
