@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array, root_mean_square
+from incsvr.numerics import Array
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
 from service.live.live_tracing import LiveTracing
@@ -58,13 +58,6 @@ class Watched:
     state: TracingState
     history: tuple[dict[str, Any], ...]
     residuals: tuple[Array, Array]
-
-    def error(self, since: float) -> float:
-        """Root mean square of what was served leaves of the torque from a time [s] on [N m]; infinite where learning
-        was paused throughout."""
-        time, left = self.residuals
-        late = left[time >= since]
-        return root_mean_square(late) if late.size else np.inf
 
 
 def watch(config: Config, recording: Recording) -> Watched:

@@ -136,7 +136,7 @@ def _heading_control(
     return Plan("heading", wish, proportional, derivative, integral, dead_band)
 
 
-def _survey(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+def survey(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     """Legs of two minutes to and fro, with a turn of 180° to starboard, the next to port."""
     leg = _spells(time, 110.0, 130.0, random)
     return _heading_control(vehicle, np.where(leg % 2 == 1, _signs(1, random)[0] * math.pi, 0.0), random)
@@ -156,13 +156,13 @@ def _turns(
     return make
 
 
-def _zigzag(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+def zigzag(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     """The zigzag manoeuvre of sea trials: 20° to either side of the course."""
     leg = _spells(time, 15.0, 25.0, random)
     return _heading_control(vehicle, np.radians(20.0) * np.where(leg % 2 == 1, 1.0, -1.0), random)
 
 
-def _circles(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+def circles(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     """Circles for minutes, now wider, now narrower, to either side: the wished heading moves on evenly."""
     spell = _spells(time, 150.0, 300.0, random)
     count = int(spell[-1]) + 1
@@ -170,7 +170,7 @@ def _circles(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan
     return _heading_control(vehicle, np.concatenate([[0.0], np.cumsum(rates[spell[1:]] * np.diff(time))]), random)
 
 
-def _limit_cycle(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+def limit_cycle(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     """A heading control with too much integral gain and no derivative: it swings until quadratic drag holds it."""
     course = _turns(100.0, 250.0, 20.0, 60.0)(vehicle, time, random).wish
     square = (vehicle.bandwidth * random.uniform(0.85, 1.15)) ** 2
@@ -179,13 +179,13 @@ def _limit_cycle(vehicle: Vehicle, time: Array, random: np.random.Generator) -> 
     return Plan("heading", course, vehicle.inertia * square, 0.0, integral)
 
 
-def _station(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+def station(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     """Holds one heading, and does nothing while it is nearly right."""
     band = float(np.radians(random.uniform(4.0, 8.0)))
     return _heading_control(vehicle, np.zeros(time.size), random, integrates=False, dead_band=band)
 
 
-def _rate_control(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+def rate_control(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     """Set points of the yaw rate, held for ten to forty seconds; every third is zero."""
     spell = _spells(time, 10.0, 40.0, random)
     count = int(spell[-1]) + 1
@@ -195,14 +195,14 @@ def _rate_control(vehicle: Vehicle, time: Array, random: np.random.Generator) ->
     return Plan("rate", rates[spell], proportional, 0.0, 0.5 * bandwidth * proportional)
 
 
-def _one_sided(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+def one_sided(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     """Open loop, and the torque never changes its side."""
     spell = _spells(time, 10.0, 60.0, random)
     levels = _on_the_stick(random.uniform(0.05, 0.9, int(spell[-1]) + 1)) * _signs(1, random)
     return Plan("torque", vehicle.torque * levels[spell])
 
 
-def _bursts(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+def bursts(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     """A pilot's bursts of a few seconds, with pauses between them."""
     count = int(time[-1] / 3.0) + 2
     pauses, bursts = random.uniform(2.0, 30.0, count), random.uniform(1.0, 6.0, count)
@@ -212,19 +212,19 @@ def _bursts(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     return Plan("torque", vehicle.torque * levels[spell])
 
 
-def _pipeline(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+def pipeline(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     """Along a pipeline that winds: the wished heading never rests and never jumps."""
     periods, phases = random.uniform(25.0, 90.0, 4), random.uniform(0.0, 2.0 * math.pi, 4)
     swings = np.sin(2.0 * math.pi * time[:, None] / periods + phases).sum(axis=1)
     return _heading_control(vehicle, np.radians(15.0) * swings, random)
 
 
-def _carried(_vehicle: Vehicle, time: Array, _random: np.random.Generator) -> Plan:
+def carried(_vehicle: Vehicle, time: Array, _random: np.random.Generator) -> Plan:
     """Switched on and carried by the water: nothing is asked for."""
     return Plan("torque", np.zeros(time.size), others={})
 
 
-def _holds(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+def holds(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     """Every driven axis at levels of its own, each of which holds for a while."""
     asked = {}
     for name, largest in vehicle.effort.items():
@@ -239,30 +239,24 @@ def _on_the_stick(levels: Array) -> Array:
 
 
 PLANS: dict[str, Callable[[Vehicle, Array, np.random.Generator], Plan]] = {
-    "survey": _survey,
     "transit": _turns(120.0, 300.0, 10.0, 10.0),
     "waypoints": _turns(20.0, 60.0, 30.0, 90.0),
-    "zigzag": _zigzag,
-    "circles": _circles,
-    "limit_cycle": _limit_cycle,
-    "rate_control": _rate_control,
-    "one_sided": _one_sided,
-    "bursts": _bursts,
-    "station": _station,
-    "pipeline": _pipeline,
-    "carried": _carried,
-    "holds": _holds,
-}
+} | {
+    each.__name__: each
+    for each in (
+        survey, zigzag, circles, limit_cycle, rate_control, one_sided, bursts, station, pipeline, carried, holds,
+    )
+}  # fmt: skip
 """Missions: what vehicles do all day."""
 
 
-def _sine(time: Array, random: np.random.Generator) -> Array:
+def sine(time: Array, random: np.random.Generator) -> Array:
     """One sine, near full torque."""
     period, phase = random.uniform(15.0, 40.0), random.uniform(0.0, 2.0 * math.pi)
     return np.asarray(random.uniform(0.9, 1.0) * np.sin(2.0 * math.pi * time / period + phase))
 
 
-def _multisine(time: Array, random: np.random.Generator) -> Array:
+def multisine(time: Array, random: np.random.Generator) -> Array:
     """Five to nine sines over a decade of periods, peak near full torque."""
     count = int(random.integers(5, 10))
     periods = np.geomspace(6.0, 60.0, count) * random.uniform(0.9, 1.1, count)
@@ -271,20 +265,20 @@ def _multisine(time: Array, random: np.random.Generator) -> Array:
     return np.asarray(random.uniform(0.9, 1.0) * total / np.max(np.abs(total)))
 
 
-def _telegraph(time: Array, random: np.random.Generator) -> Array:
+def telegraph(time: Array, random: np.random.Generator) -> Array:
     """Random times at one of a few levels of either sign."""
     spell = _spells(time, 2.0, 14.0, random)
     levels = np.array([-1.0, -0.55, 0.55, 1.0]) * random.uniform(0.9, 1.0)
     return np.asarray(random.choice(levels, size=int(spell[-1]) + 1)[spell])
 
 
-def _steps(time: Array, random: np.random.Generator) -> Array:
+def steps(time: Array, random: np.random.Generator) -> Array:
     """A staircase through random levels, each of which holds until the rate has settled."""
     spell = _spells(time, 10.0, 30.0, random)
     return np.asarray(random.uniform(-1.0, 1.0, size=int(spell[-1]) + 1)[spell])
 
 
-def _prbs(time: Array, random: np.random.Generator) -> Array:
+def prbs(time: Array, random: np.random.Generator) -> Array:
     """A pseudo-random binary sequence of a nine-bit shift register, of another amplitude every quarter of the run."""
     register, clock = int(random.integers(1, 512)), random.uniform(0.6, 1.1)
     bits = np.empty(int(time[-1] / clock) + 1)
@@ -295,14 +289,14 @@ def _prbs(time: Array, random: np.random.Generator) -> Array:
     return np.asarray(bits[(time / clock).astype(int)] * random.permutation([0.1, 0.35, 0.65, 0.95])[quarter])
 
 
-def _ramps(time: Array, random: np.random.Generator) -> Array:
+def ramps(time: Array, random: np.random.Generator) -> Array:
     """Lines from one level to the next, now flat, now steep; the sides alternate."""
     corners = np.concatenate([[0.0], np.cumsum(random.uniform(1.0, 5.0, int(time[-1]) + 2))])
     sides = np.where(np.arange(corners.size) % 2, 1.0, -1.0)
     return np.interp(time, corners, sides * random.uniform(0.2, 1.0, corners.size))
 
 
-def _stairs(time: Array, random: np.random.Generator) -> Array:
+def stairs(time: Array, random: np.random.Generator) -> Array:
     """Up and down a stair of torques, lower about zero, with treads long enough to come near the steady rate."""
     treads = int(random.integers(4, 7))
     even = np.linspace(-1.0, 1.0, 2 * treads + 1)
@@ -313,12 +307,6 @@ def _stairs(time: Array, random: np.random.Generator) -> Array:
 
 
 OPEN_LOOP: dict[str, Callable[[Array, np.random.Generator], Array]] = {
-    "sine": _sine,
-    "multisine": _multisine,
-    "telegraph": _telegraph,
-    "steps": _steps,
-    "prbs": _prbs,
-    "ramps": _ramps,
-    "stairs": _stairs,
+    each.__name__: each for each in (sine, multisine, telegraph, steps, prbs, ramps, stairs)
 }
 """Excitation in open loop: (time in the vehicle's I r/τ, chance) → parts of the full torque."""
