@@ -72,10 +72,10 @@ def play_axes(args: argparse.Namespace, axes: Sequence[tuple[Config, Recording]]
         own, others = AXES[learner.vehicle.axis], [AXES[each.vehicle.axis] for each in learners if each is not learner]
         theirs = {name for each in others for name in (stream_of(own, each.rate), each.effort)}
         for stream, values in recording.streams().items():
-            heard = stream in learner.signal_settings().channels and any(
+            elsewhere = stream in learner.signal_settings().channels and any(
                 stream in learner.hears(other) for other in learners
             )
-            if not heard and (stream in REQUIRED or (learner is learners[0] and stream not in theirs)):
+            if not elsewhere and (stream in REQUIRED or (learner is learners[0] and stream not in theirs)):
                 streams[Keys(learner.prefix).stream(stream)] = values
     what = messages(streams, whole_keys=True)
     return play_to_learner(args, learners[0], what, name, [each.prefix for each in learners[1:]])
