@@ -18,7 +18,7 @@ from simulator.messages import Messages
 LOOK_PERIOD_S = 0.04
 """Between two looks at the learner [s]; it takes its measurements in twenty times a second."""
 QUIET_S = 0.2
-"""For so long no counter may change until all is taken in, or a whole batch learned [s]: four takes, or four iterations."""
+"""For so long no counter changes once all is taken in, or a whole batch learned [s]: four takes, or four iterations."""
 COUNT_TIMEOUT_S = 2.0
 """How long the learner may take to count a message that was sent [s]; it needs a tenth."""
 SETTLE_TIMEOUT_S, TRACE_TIMEOUT_S = 5.0, 120.0
