@@ -16,7 +16,6 @@ from service.cli.command_line import main
 from service.recordings.recording_csv import read
 from simulator.messages import messages
 from simulator.player import play
-from tests.faults import with_faults
 
 KEYS = wire.Keys("leng/yaw")
 STREAMS = {
@@ -26,7 +25,7 @@ STREAMS = {
 }
 
 
-def test_without_faults_every_value_is_sent_once_at_its_time() -> None:
+def test_every_value_is_sent_once_at_its_time() -> None:
     what = messages(STREAMS)
     assert len(what) == 151
     assert (what.send == what.t).all()
@@ -34,22 +33,6 @@ def test_without_faults_every_value_is_sent_once_at_its_time() -> None:
     for number, (t, value) in enumerate(STREAMS.values()):
         np.testing.assert_array_equal(what.t[what.stream == number], t)
         np.testing.assert_array_equal(what.value[what.stream == number], value)
-
-
-def test_faults_are_those_that_were_asked_for_and_follow_the_seed() -> None:
-    t = np.arange(0.0, 600.0, 0.02, dtype=np.float64)
-    faults = {"drop_outs": 3.0, "jitter": 0.1, "duplicates": 0.1}
-    what = with_faults({"yaw_rate": (t, t)}, 4, **faults)
-    late = what.send - what.t
-    assert late.min() >= 0.0
-    assert late.max() <= 0.1
-    assert (np.diff(what.t) < 0.0).any()
-    distinct = np.unique(what.t).size
-    assert len(what) / distinct == pytest.approx(1.1, abs=0.01)
-    assert 1.0 - distinct / t.size == pytest.approx(3.0 / 60.0, abs=0.03)
-    again = with_faults({"yaw_rate": (t, t)}, 4, **faults)
-    np.testing.assert_array_equal(again.send, what.send)
-    assert with_faults({"yaw_rate": (t, t)}, 5, **faults).send.size != what.send.size
 
 
 def test_the_player_keeps_the_pace_and_numbers_its_messages() -> None:
