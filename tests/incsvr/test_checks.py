@@ -13,15 +13,11 @@ import pytest
 from numpy.typing import NDArray
 
 from incsvr.checks import Decision, Vehicle, Verdict, verdict_sentences
-from incsvr.checks.power import drives
-from incsvr.checks.response import Residual
-from incsvr.checks.torque_without_turn import unmoved
 from incsvr.learning import checked_learner
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.learner import Settings
 from incsvr.numerics import Array
 from incsvr.signals import synchronise
-from incsvr.signals.samples import Samples
 from simulator import leng
 
 SETTINGS = Settings(policy="weighted")
@@ -199,24 +195,6 @@ def test_thrusters_that_are_off_while_commands_go_on_are_told_and_not_learned_fr
     assert error(state) < 1.5 * max(sound_error(), 1.0)
 
 
-def test_a_vehicle_that_rests_without_a_torque_or_turns_slowly_under_a_small_one_is_well() -> None:
-    rate: Array = np.full(50, 0.02)
-    time: Array = 0.6 * np.arange(50, dtype=np.float64)
-    for torque in (0.0, 20.0):
-        rests = Samples(time, rate, np.full(50, torque), raw={"torque": np.full(50, torque)})
-        assert not unmoved(rests, 0.25, 100.0)
-
-
-@pytest.mark.parametrize(("inertia", "named"), [(16_100.0, False), (1_000.0, True)])
-def test_a_ship_that_is_turned_round_slowly_is_not_held(inertia: float, named: bool) -> None:
-    """143 N m take 16,100 kg m² and a sway that takes half of it from one side to the other in six seconds."""
-    time: Array = 0.3 * np.arange(50, dtype=np.float64)
-    rate = 0.0035 * (time - 7.0)
-    torque = np.full(50, 143.0)
-    turned = Samples(time, rate, torque, raw={"torque": torque})
-    assert bool(unmoved(turned, 0.0667, 200.0, inertia)) is named
-
-
 def test_a_state_in_between_goes_on_to_the_bit() -> None:
     found = streams({"yaw_rate": lambda t, v, here, rng: (t, v + 0.05 * here)})
     samples = synchronise(leng.SIGNALS, found)[0]
@@ -228,33 +206,3 @@ def test_a_state_in_between_goes_on_to_the_bit() -> None:
         again, same, _ = checked_learner.learn(SETTINGS, VEHICLE, again, batch)
         assert verdict == same
     assert json.dumps(state.to_dict()) == json.dumps(again.to_dict())
-
-
-def test_a_controller_that_answers_the_water_does_not_reverse_a_sign() -> None:
-    """Σ d·r < 0 where a controller holds a vehicle in the water; with a sign reversed ṙ goes against the torque too."""
-    rng = np.random.default_rng(8)
-    rate, torque, water, heading = np.zeros(2000), np.zeros(2000), 0.0, 0.0
-    for k in range(1, rate.size):
-        water += 0.1 * (-water / 3.0) + 0.8 * rng.normal()
-        rate[k] = rate[k - 1] + 0.1 * (torque[k - 1] + water - 50.0 * rate[k - 1]) / leng.INERTIA
-        heading += 0.1 * rate[k]
-        torque[k] = -60.0 * heading - 300.0 * rate[k]
-    taken = slice(None, None, 15)
-    slope = np.gradient(rate, 0.1)[taken]
-    time: Array = 0.1 * np.arange(rate.size, dtype=np.float64)[taken]
-    shown = torque[taken]
-    held = Samples(time, rate[taken], shown - leng.INERTIA * slope, raw={"torque": shown})
-    assert float(held.damping @ held.yaw_rate) < -0.5 * float(np.abs(held.damping * held.yaw_rate).sum())
-    largest = float(np.abs(rate).max())
-    assert not drives(held, leng.INERTIA, largest)
-    driven = synchronise(leng.SIGNALS, streams({}))[0].take(slice(0, 50))
-    turned = -driven.raw["torque"]
-    reversed_ = replace(driven, damping=driven.damping + 2.0 * turned, raw={**driven.raw, "torque": turned})
-    assert drives(reversed_, leng.INERTIA, 0.25)
-
-
-def test_of_a_single_sample_nobody_knows_the_torque_a_moment_later() -> None:
-    one = np.ones(1)
-    left = Residual(one, one, one, one, one, one, (one, one), 0.0)
-    assert np.isnan(left.later(np.array([0.0, 0.1]))).all()
-    assert left.agility == 0.0

@@ -12,6 +12,7 @@ from benchmarks.learner_times import yaw_samples
 from incsvr.errors import BadInput
 from incsvr.learning import dual
 from incsvr.learning.kernel import rbf
+from incsvr.learning.solver import factor
 from incsvr.numerics import Array
 
 PAPER: dict[str, Any] = {"gamma": 10.0, "C": 1000.0, "epsilon": 0.1}
@@ -94,6 +95,16 @@ def test_offline_sets_need_memory_in_proportion_to_their_size() -> None:
     tracemalloc.stop()
     assert solution.certified_error < 0.01
     assert peak < 200 * 8 * y.size  # 200 numbers for each sample; the kernel matrix would be 20,000
+
+
+def test_samples_with_too_little_in_common_are_refused_before_memory_grows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    x = np.linspace(0.0, 1e6, 1500)
+    monkeypatch.setattr(factor, "MAX_COLUMNS", 50)
+    with pytest.raises(BadInput, match="lower gamma or take at most 50 samples"):
+        dual.solve(x, np.sin(x), **PAPER)
+    assert dual.solve(x[:300] * 1e-5, np.sin(x[:300]), **PAPER).certified_error < 0.01
 
 
 @pytest.mark.parametrize("seed", range(3))

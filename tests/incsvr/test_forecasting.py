@@ -15,7 +15,7 @@ from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Grid, Start, forecast
 from incsvr.forecasting.damping_tables import TABLE_NODES, Curve
 from incsvr.forecasting.effects_ahead import EffectsAhead
-from incsvr.forecasting.experience import HORIZONS_S, NORMAL_95_DEVIATIONS, UNTRIED_WIDENING, widening
+from incsvr.forecasting.experience import HORIZONS_S, UNTRIED_WIDENING
 from incsvr.forecasting.free_runs import free_runs
 from incsvr.forecasting.other_influences import OtherInfluences
 from incsvr.forecasting.propagation import propagate
@@ -71,16 +71,6 @@ def test_the_deviations_are_those_of_many_runs_in_water() -> None:
             assert claimed.heading_sigma[k, 0] == pytest.approx(float(heading.std()), rel=0.06)
 
 
-def test_an_interval_is_as_wide_as_95_of_100_errors_were() -> None:
-    errors = np.random.default_rng(2).permutation(np.linspace(0.0, 10.0, 101)[1:])
-    scores = np.column_stack((100.0 * np.arange(100), errors, 2.0 * errors))
-    assert widening(scores, 1.0) == pytest.approx((9.6 / NORMAL_95_DEVIATIONS, 19.2 / NORMAL_95_DEVIATIONS))
-    # A single batch tells of one day alone: its errors say less.
-    together = scores.copy()
-    together[:, 0] = 0.0
-    assert widening(together, 1.0)[0] > 3.0 * widening(scores, 1.0)[0]
-
-
 @cache
 def learned(until: float) -> tuple[Experience, Model, Grid]:
     """What the Leng's first training run teaches until then."""
@@ -133,26 +123,6 @@ def test_what_cannot_be_forecast_is_refused() -> None:
             forecast(experience, model, leng.INERTIA, start, known, at, step=0.06, sample_period=0.6)
     with pytest.raises(BadInput, match="nothing was learned yet"):
         forecast(Experience(), model, leng.INERTIA, start, known, np.array([101.0]), step=0.06, sample_period=0.6)
-
-
-def test_a_pause_of_a_stream_parts_the_grid() -> None:
-    t: Array = np.concatenate((np.arange(0.0, 10.0, 0.02), np.arange(12.0, 20.0, 0.02)))
-    slower: Array = np.arange(0.0, 20.0, 0.04, dtype=np.float64)
-    grid = Grid.of((t, np.sin(t)), (slower, np.full(500, 3.0)), 0.12, 0.6, held=False)
-    parts = [grid.time[part] for part in grid.stretches()]
-    assert len(parts) == 2
-    assert parts[0][-1] == pytest.approx(10.0, abs=0.1)
-    assert parts[1][0] == pytest.approx(12.0, abs=0.1)
-    known = np.isfinite(grid.rate)
-    assert grid.rate[known] == pytest.approx(np.sin(grid.time[known]), abs=1e-3)
-    assert grid.torque[known] == pytest.approx(3.0)
-
-
-def test_a_command_that_holds_is_a_mean_of_steps() -> None:
-    quick: Array = np.arange(0.0, 3.0, 0.02, dtype=np.float64)
-    command = np.array([0.0, 1.0, 2.0, 3.0]), np.array([1.0, 5.0, -2.0, 0.0])
-    grid = Grid.of((quick, np.zeros(150)), command, 0.5, 1.0, held=True)
-    assert np.interp([0.5, 1.5, 2.5], grid.time, grid.torque) == pytest.approx([1.0, 5.0, -2.0])
 
 
 TERMS = {

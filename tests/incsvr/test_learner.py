@@ -148,6 +148,17 @@ def test_the_noise_level_is_found(settings: Settings) -> None:
 
 
 @policies
+def test_a_served_sigma_follows_the_rate(policy: Policy) -> None:
+    samples = stream(21, 700, wild=0.0)
+    noise = samples.damping - drag(samples.yaw_rate)
+    samples.damping[:] = drag(samples.yaw_rate) + noise * (0.5 + 4.0 * np.abs(samples.yaw_rate))
+    model = run(Settings(policy=policy), samples)[0].model
+    quiet, loud = model.predict([0.02, 0.23]).sigma
+    assert 1.6 < quiet < 3.5
+    assert 4.5 < loud < 8.0
+
+
+@policies
 @pytest.mark.parametrize(
     "samples",
     [

@@ -30,19 +30,6 @@ def test_a_free_run_with_linear_damping_decays_exponentially() -> None:
     np.testing.assert_allclose(rate, 0.2 * np.exp(-1.5 * time), rtol=1e-9)
 
 
-def test_what_other_velocities_make_of_the_own_one_is_drag_that_changes_in_time() -> None:
-    """I ṙ = −b(t) r with b = 2 + t: r = r₀ exp(−(2 t + t²/2)/I); and without it the run is the same to the last bit."""
-    time = np.linspace(0.0, 3.0, 61, dtype=np.float64)
-    rate = free_run(time, np.zeros(61), 0.2, inertia=2.0, damping=lambda r: 0.0, linear=2.0 + time)
-    np.testing.assert_allclose(rate, 0.2 * np.exp(-0.5 * (2.0 * time + 0.5 * time**2)), rtol=3e-5)
-    torque = np.array(30.0 * np.sin(time))
-    alone, beside = (
-        free_run(time, torque, 0.2, inertia=350.0, damping=lambda r: 130.0 * r + 800.0 * r * abs(r), linear=linear)
-        for linear in (None, np.zeros(61))
-    )
-    assert alone.tobytes() == beside.tobytes()
-
-
 def test_a_free_run_settles_where_the_damping_balances_the_torque() -> None:
     time = np.arange(0.0, 40.0, 0.5, dtype=np.float64)  # stamps coarser than the integration may be
     rate = free_run(
@@ -56,7 +43,3 @@ def test_a_free_run_that_runs_away_says_so() -> None:
     rate = free_run(time, np.ones(time.size), 0.1, inertia=1.0, damping=lambda r: -2.0 * r)
     assert np.isnan(rate[-1])
     assert np.isfinite(rate[:20]).all()
-
-
-def test_an_empty_free_run_is_empty() -> None:
-    assert free_run(np.empty(0), np.empty(0), 0.0, inertia=1.0, damping=lambda r: r).size == 0

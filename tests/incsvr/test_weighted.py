@@ -132,3 +132,16 @@ def test_the_noise_is_known_though_the_second_batch_turns_the_other_way(seed: in
     """A batch is half a period: the second is at rates of which the first could not know."""
     for iteration in run(WEIGHTED, stream(910 + seed, 200))[1][:3]:
         assert 2.5 < iteration.model.sigma < 5.5
+
+
+def test_a_correction_is_not_trusted_beyond_the_rates_that_showed_it() -> None:
+    before, _ = run(WEIGHTED, stream(1, 700))
+    rng = np.random.default_rng(4)
+    rate = rng.uniform(-0.12, 0.12, 50)
+    batch = Samples(500.0 + np.linspace(0.0, 29.4, 50), rate, 1.6 * drag(rate) + 4.0 * rng.normal(size=50))
+    after, iteration = step(WEIGHTED, before, batch)
+    assert iteration.change is not None
+    beyond = np.linspace(0.16, 0.24, 9)
+    moved = after.model.evaluate(beyond) - before.model.evaluate(beyond)
+    assert np.ptp(moved) < 5.0  # where a gain alone would have added 27 N m on the way
+    assert 10.0 < moved.mean() < 30.0
