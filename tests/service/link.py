@@ -5,6 +5,7 @@ The messages are pymavlink's; each test says what is in them.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +16,7 @@ from mcap.writer import CompressionType, Writer
 from pymavlink.dialects.v20 import ardupilotmega as link
 
 from tests.service.inputs.mavlink import ARMED, DISARMED, put
-from tests.service.logs.autopilot_files import Dataflash, tlog
+from tests.service.logs.autopilot_files import Dataflash
 from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, YAW, Dive
 
 SUBMARINE, BOAT = 12, 11
@@ -45,15 +46,15 @@ def parameters(at: float = 0.0, **over: float) -> list[Said]:
     return [parameter(at, name, value) for name, value in {**PARAMETERS, **over}.items()]
 
 
-def attitude(at: float, rate: float) -> Said:
-    stamp = round(1000 * (BOOT + at))
+def attitude(at: float, rate: float, boot: float = BOOT) -> Said:
+    stamp = round(1000 * (boot + at))
     return Said(at + 0.01, link.MAVLink_attitude_message(stamp, 0.0, 0.0, 0.0, 0.0, 0.0, rate))
 
 
-def outputs(at: float, pulses: Sequence[float], port: int = 0) -> Said:
+def outputs(at: float, pulses: Sequence[float], port: int = 0, boot: float = BOOT) -> Said:
     """Up to sixteen outputs of a bank; the rest bear no pulse."""
     every = [*(int(pulse) for pulse in pulses), *[0] * (16 - len(pulses))]
-    stamp = (round(1e6 * (BOOT + at)) + 130 * port) % 2**32
+    stamp = (round(1e6 * (boot + at)) + 130 * port) % 2**32
     return Said(at + 0.012 + 0.001 * port, link.MAVLink_servo_output_raw_message(stamp, port, *every))
 
 
@@ -67,17 +68,20 @@ def pulses(dive: Dive, directions: Sequence[int]) -> np.ndarray[Any, np.dtype[np
     return np.round(1500.0 + np.outer(dive.command, 400.0 * np.array(YAW) * np.array(directions)))
 
 
-def swum(dive: Dive, told: Any = None, armed_from: float = 5.0, kind: int = SUBMARINE) -> list[Said]:
+def swum(
+    dive: Dive, told: Any = None, armed_from: float = 5.0, kind: int = SUBMARINE, boot: float = BOOT
+) -> list[Said]:
     """A dive as its autopilot tells it, without its parameters.
 
     Args:
         told: (n, k) its outputs, if they are not those of `Dive.pulses`.
+        boot: what its clock shows at first [s].
     """
     found: list[Said] = []
     for k, (t, rate, row) in enumerate(zip(dive.time, dive.rate, dive.pulses if told is None else told, strict=True)):
         if k == 0 or int(t) != int(dive.time[k - 1]):
             found += [heartbeat(t, t >= armed_from, kind), battery(t)]
-        found += [attitude(t, rate), outputs(t, row)]
+        found += [attitude(t, rate, boot), outputs(t, row, boot=boot)]
     return found
 
 
@@ -113,8 +117,11 @@ def _first_link(said: Said) -> bytes:
     return bytes([0xFE]) + head + payload + int(checksum).to_bytes(2, "little")
 
 
-def as_tlog(path: Path, said: Iterable[Said], first: bool = False) -> Path:
-    return tlog(path, list(packets(said, first)))
+def as_tlog(path: Path, said: Iterable[Said], first: bool = False, begin: float = EPOCH) -> Path:
+    """As a ground station writes it, whose clock shows `begin` at first [s since 1970]."""
+    stamped = (struct.pack(">Q", round(1e6 * (begin + at))) + packet for at, packet in packets(said, first))
+    path.write_bytes(b"".join(stamped))
+    return path
 
 
 def as_keys(said: Iterable[Said]) -> list[tuple[str, bytes]]:

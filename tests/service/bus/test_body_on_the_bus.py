@@ -12,9 +12,8 @@ import pytest
 import zenoh
 
 from incsvr.compensation.freeing import takes_torque
-from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, RESTORING
+from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA
 from incsvr.signals import synchronise
 from service import wire
 from service.bus.session import free_endpoint, listener_config_at, open_session
@@ -169,28 +168,3 @@ def test_a_recording_of_the_whole_vehicle_is_replayed_to_all_axes(tmp_path: Path
         for host in hosts:
             assert host.node.batches.samples_seen > 35
             assert {stream.received for stream in host.watch.report(host.node).streams.values()} == {500}
-
-
-def test_weight_and_buoyancy_are_a_part_of_the_ledger() -> None:
-    """A centre of gravity ahead of that of buoyancy turns a vehicle that heels: −(x_g W − x_b B) cos θ sin φ."""
-    config = configured(
-        vehicle__mass_matrix=[0.0, 0.0, 0.0, 0.0, 0.0, 12.0],
-        vehicle__weight=300.0,
-        vehicle__centre_of_gravity=(0.1, 0.0, 0.0),
-        vehicle__rate_limit=5.0,
-        signals__channels=("roll",),
-    )
-    (learner,) = config.each()
-    coupled = learner.coupled()
-    assert learner.signals.channels == ("roll",)
-    assert coupled is not None
-    assert (coupled.streams, coupled.missing) == (("roll",), ("pitch",))
-    at: Array = 0.05 * np.arange(1200, dtype=np.float64)
-    rate, roll = 0.3 * np.sin(0.5 * at), 0.4 * np.sin(0.2 * at)
-    slow = slice(None, None, 10)  # roll comes at 2 Hz
-    torque = 12.0 * 0.15 * np.cos(0.5 * at) + 5.0 * rate - 30.0 * np.sin(roll)
-    streams = {"yaw_rate": (at, rate), "torque": (at, torque), "roll": (at[slow], roll[slow])}
-    settings = learner.signal_settings()
-    samples, _ = synchronise(settings, streams, takes_torque(settings, None, coupled))
-    np.testing.assert_allclose(samples.damping, 5.0 * samples.yaw_rate, atol=0.05)
-    np.testing.assert_allclose(samples.parts[RESTORING], -30.0 * np.sin(0.4 * np.sin(0.2 * samples.time)), atol=0.1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -80,22 +79,6 @@ def test_a_vehicle_whose_clock_begins_anew_is_followed(start: StartBench, run: R
     for number in range(1, 7):
         assert models.get(timeout=PATIENCE).iteration == number
     assert bench.health().counters["rejected:clock_restarted"] == 1
-
-
-def test_a_state_of_another_vehicle_is_refused_aloud(start: StartBench, run: Recording, tmp_path: Path) -> None:
-    first = start(state=tmp_path)
-    models = first.follow(first.keys.model, wire.ModelSnapshot)
-    first.play(run)
-    for _ in range(3):
-        models.get(timeout=PATIENCE)
-    first.stop()
-    other = start(state=tmp_path, vehicle__name="other")
-    _, error = other.get(other.keys.model)
-    assert error is not None
-    assert error.error_type == "NothingLearned"
-    health = other.health()
-    assert health.level == "WARN"
-    assert "was learned with vehicle leng, and now vehicle is other" in health.reasons[0]
 
 
 def test_what_is_rejected_is_said_once_a_second_at_most(start: StartBench, caplog: pytest.LogCaptureFixture) -> None:

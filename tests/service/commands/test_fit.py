@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.learning.learner import Settings
 from service.cli.command_line import main
 from service.config.sources import read
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
-from service.recordings.samples_from_recording import learn
 from simulator import leng
 from tests.worlds import planar
 
@@ -56,18 +54,6 @@ def test_the_leng_is_learned_from_files(
     assert result["validation"] == result["validation_per_iteration"][-1] | {
         "free_run_rmse": result["validation"]["free_run_rmse"]
     }
-
-
-@pytest.mark.slow
-def test_the_file_gives_the_models_of_the_samples(
-    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], configured: Path
-) -> None:
-    """Written to CSV, read and learned: to the last digit what the samples in memory give."""
-    result = fit(capsys, recorded["T1"], "--validate", recorded["V1"], "--config", configured, "--policy", "paper")
-    experiment = leng.experiment(0)
-    model = list(learn(experiment.T1, Settings(policy="paper")))[-1].model
-    residual = model.predict(experiment.V1.yaw_rate).damping - experiment.V1.damping
-    assert result["validation"]["mae"] == float(np.mean(np.abs(residual)))
 
 
 @pytest.mark.slow
@@ -158,13 +144,6 @@ def test_bad_input_is_one_sentence(
     assert captured.out == ""
     assert message in captured.err
     assert captured.err.count("\n") == 1
-
-
-def test_an_inertia_of_another_vehicle_is_remarked(
-    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path]
-) -> None:
-    result = fit(capsys, recorded["T1"], "--inertia", "7000")
-    assert "declare the vehicle's own with --inertia" in result["remarks"][0]
 
 
 def test_an_inertia_that_leaves_nothing_to_learn_is_named(

@@ -13,11 +13,10 @@ import pytest
 import incsvr
 from incsvr.errors import BadInput
 from incsvr.plant.axes import EFFORTS, VELOCITIES
-from incsvr.vehicle import Parameter, identify, on_grid
-from incsvr.vehicle.manoeuvres import manoeuvres
+from incsvr.vehicle import identify, on_grid
 from service.cli.command_line import main
 from service.commands.identify import declared_by_file
-from service.config.vehicle_file import read_vehicle, write_vehicle
+from service.config.vehicle_file import read_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
 from simulator.vehicles import NAMES, torpedo
@@ -92,6 +91,7 @@ def test_a_log_of_one_axis_without_yaw_is_identified(
     assert found["axes"]["yaw"]["reason"].startswith("no yaw_rate was recorded")
 
 
+@pytest.mark.slow
 def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
     dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -111,6 +111,7 @@ def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
     assert warnings[0][1:] in report.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_an_inertia_at_the_bound_of_the_search_is_not_called_estimated(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -132,6 +133,7 @@ def test_an_inertia_at_the_bound_of_the_search_is_not_called_estimated(
     assert '<span class="flag">bound reached</span>' in page
 
 
+@pytest.mark.slow
 def test_velocities_over_ground_in_a_current_are_a_warning() -> None:
     log = dict(swim(torpedo(np.random.default_rng(201)), 200.0, 201, (0.1, -0.1)))
     (warning,) = identify(on_grid([log]), validate=False).warnings
@@ -165,13 +167,6 @@ def test_a_file_that_is_no_vehicle_is_refused_in_one_sentence(tmp_path: Path, te
     with pytest.raises(BadInput, match=str(path)) as refused:
         read_vehicle(path)
     assert "\n" not in str(refused.value)
-
-
-@pytest.mark.slow
-def test_it_is_a_call_in_python(dives: Path) -> None:
-    found = incsvr.identify(dives / "one.csv", validate=dives / "two.csv", name="torpedo")
-    assert found.to_dict()["vehicle"] == json.loads((dives / "found.json").read_text(encoding="utf-8"))["vehicle"]
-    assert "5 s ahead: model" in str(found)
 
 
 @pytest.mark.parametrize(
@@ -246,6 +241,7 @@ def test_a_dive_that_is_given_twice_is_refused(
     assert f"one.csv is given twice, and {reason}" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path) -> None:
     body = torpedo(np.random.default_rng(53))
     more = np.where(np.arange(6) == 5, 1.3, 1.0)
@@ -330,25 +326,6 @@ def test_dives_of_a_boat_cannot_show_a_change_along_an_axis_without_actuator(
     assert "these dives cannot show a change of sway drag at 0.171 m/s: sway has no actuator" in text
     assert "these dives cannot show a change of yaw drag at 0.173 rad/s: its 95 % interval is wider" in text
     assert "no change proven" in text
-
-
-def test_advice_names_the_efforts_that_the_vehicle_has_and_an_export_repeats_it(
-    dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Without a sway actuator no cure is a sway effort."""
-    found = read_vehicle(dives / "vehicle.yaml")
-    unknown = {each: replace(p, origin="not excited") for each, p in found.terms.items()}
-    coupled = {**found.mass, ("sway", "yaw"): Parameter(1.0, -9.0, 9.0, "not excited")}
-    advice = manoeuvres(replace(found, driven=("surge", "yaw"), terms=unknown, mass=coupled))
-    assert len(advice) > len(unknown)
-    assert not [each for each in advice if "sway effort" in each or "sway speeds" in each or "move along" in each]
-    write_vehicle(tmp_path / "doubted.yaml", replace(found, doubts=advice))
-    for name in ("python", "json", "gazebo", "stonefish"):
-        assert main(["export", str(tmp_path / "doubted.yaml"), "--format", name]) == 0
-        said = capsys.readouterr().out
-        assert all(
-            each.replace("--", "\u2010\u2010" if name in ("gazebo", "stonefish") else "--") in said for each in advice
-        )
 
 
 def test_one_dive_is_nothing_to_compare(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:

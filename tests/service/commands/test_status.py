@@ -14,13 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from incsvr.plant.axes import AXES
 from service import wire
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
-from service.cli.log_lines import iteration_line
 from service.cli.output import WIDTH
-from service.commands.query import not_learned, table
 from service.commands.status import text
 from tests.service.commands.test_processes import KEYS, client_after, command, endpoint, following, next_model
 from tests.service.conftest import PATIENCE, teach
@@ -84,44 +81,6 @@ def test_the_screen_fits_and_says_what_is_wrong(health: wire.Health) -> None:
     assert "none yet" in text("leng/yaw", health, None)
 
 
-def test_the_screen_is_in_the_words_and_units_of_the_axis(health: wire.Health) -> None:
-    heave = text("leng/heave", health, None, axis=AXES["heave"])
-    assert "heave velocity" in heave
-    assert "-0.0834 m/s" in heave
-    assert "force" in heave
-    reply = wire.DampingReply(rate=(0.1,), damping=(2.0,), sigma=(0.3,), extrapolated=(False,), iteration=1, revision=1)
-    head, row, _ = table(reply, AXES["heave"]).splitlines()
-    assert head.split() == ["heave", "velocity", "[m/s]", "damping", "[N]", "±", "sigma", "[N]"]
-    assert len(row) == len(head)
-    head, row, _ = table(reply.model_copy(update={"derivative": (3.5,)}), AXES["heave"]).splitlines()
-    assert head.endswith("derivative [N s/m]")
-    assert row.split() == ["0.1000", "2.00", "0.30", "3.50"]
-
-
-def test_an_iteration_is_one_line() -> None:
-    nothing = wire.Points()
-    report = wire.IterationReport(
-        boot="b",
-        revision=9999,
-        iteration=9999,
-        t=99999.4,
-        time_span=(0.0, 1.0),
-        trained=True,
-        training_ms=1.0,
-        counts={"new": 48, "forgotten": 29, "outliers": 9, "support": 60},
-        old=nothing,
-        new=nothing,
-        support=nothing,
-        forgotten=nothing,
-        discarded_tube=nothing,
-        discarded_near=nothing,
-        outliers=nothing,
-        progressive_mae=33.3,
-    )
-    assert len(iteration_line(report)) <= WIDTH
-    assert iteration_line(report.model_copy(update={"change": "a hull"})).splitlines()[1].strip() == "a hull"
-
-
 def asked(endpoint: str, capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
     status = main(["status", "--connect", endpoint, *words])
     told = capsys.readouterr()
@@ -133,30 +92,6 @@ def test_status_is_one_where_nobody_answers(endpoint: str, capsys: pytest.Captur
     assert (status, out) == (1, "")
     assert error.startswith(f"incsvr status: no bus answers at {endpoint}: start `incsvr serve`")
     assert main(["status", "--follow", "--connect", free_endpoint(), "--wait", "0"]) == 1
-
-
-@pytest.mark.parametrize(
-    ("rates", "beyond", "others", "axis", "sentence"),
-    [
-        ((0.1,), (False,), {}, "yaw", None),
-        ((5.0,), (True,), {}, "yaw", "not learned there (up to 0.77 rad/s)"),
-        ((-5.0, -1.0), (True, True), {}, "yaw", "not learned there (down to -0.75 rad/s)"),
-        ((-5.0, 0.1, 5.0), (True, False, True), {}, "yaw", "not learned there (-0.75 to 0.77 rad/s): -5, 5 rad/s"),
-        ((0.1,), (True,), {}, "yaw", "not learned there (-0.75 to 0.77 rad/s, with gaps)"),
-        ((0.1,), (True,), {"surge": (2.0,)}, "yaw", "not learned there (-0.75 to 0.77 rad/s, among other velocities)"),
-        ((5.0,), (True,), {}, "surge", "not learned there (up to 0.77 m/s)"),
-    ],
-)
-def test_a_question_beyond_what_was_learned_gets_that_first(
-    rates: tuple[float, ...], beyond: tuple[bool, ...], others: dict[str, tuple[float, ...]], axis: str, sentence: str
-) -> None:
-    zeros = (0.0,) * len(rates)
-    reply = wire.DampingReply(
-        rate=rates, damping=zeros, sigma=zeros, extrapolated=beyond, iteration=1, revision=1, others=others
-    )
-    assert not_learned(reply, (-0.75, 0.77), AXES[axis]) == sentence
-    if any(beyond):
-        assert (not_learned(reply, None) or "").startswith("not learned there")
 
 
 @pytest.mark.slow

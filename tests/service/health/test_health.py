@@ -13,7 +13,6 @@ from service.health.health_watch import HealthConditions, HealthWatch
 from service.learner.node import LearnerNode
 from simulator import leng
 from tests.service.conftest import configured
-from tests.worlds import ROV, slow
 
 
 class Clock:
@@ -133,18 +132,6 @@ def test_a_vehicle_beyond_the_learned_range_warns(watch: HealthWatch, node: Lear
     assert "where the model extrapolates (learned -0.2" in health.reasons[0]
 
 
-def test_learned_is_the_fresh_part_of_the_range(clock: Clock) -> None:
-    node = LearnerNode(configured(learner__batch=10), boot="b")
-    assert node.fresh_coverage == 0.0
-    t = np.arange(0.0, 8.0, 0.02, dtype=np.float64)
-    for start, rate in ((0.0, 0.01), (10.0, 0.06), (1000.0, 0.11)):
-        node.push("yaw_rate", start + t, rate + 1e-4 * np.sin(t))
-        node.push("torque", start + t, 100.0 * rate + np.zeros(t.size))
-        assert node.learn() is not None
-        expected = {0.01: 0.05, 0.06: 0.1, 0.11: 0.05}
-        assert node.fresh_coverage == pytest.approx(expected[rate])
-
-
 @pytest.mark.slow
 def test_a_vehicle_that_only_the_water_moves_is_told_and_the_model_stays(watch: HealthWatch, node: LearnerNode) -> None:
     """First the torque turns it, then the water alone, and the torque answers it."""
@@ -168,29 +155,6 @@ def test_a_vehicle_that_only_the_water_moves_is_told_and_the_model_stays(watch: 
     assert (health.level, health.learning.state) == ("WARN", "starved")
     now = node.served.model.predict(np.linspace(-0.1, 0.1, 5)).damping
     np.testing.assert_allclose(now, learned, atol=0.5)  # of 15 N m: the batch between the two holds a jump
-
-
-@pytest.mark.slow
-def test_what_is_too_quick_for_the_streams_is_said_with_its_cure(watch: HealthWatch) -> None:
-    signals = {"sample_period": 0.3, "smoothing": 0.15, "lateness": 0.0}
-    learner = {"gamma": 0.15, "C": 80.0, "epsilon": 0.008, "near_rate": 0.08, "near_damping": 0.4}
-    vehicle = {"inertia": ROV.inertia, "rate_range": (-2.1, 2.1), "rate_limit": 6.0}
-    said = {}
-    for torque in ("measured", "commanded"):
-        node = LearnerNode(
-            configured(vehicle=vehicle, learner=learner, signals={**signals, "torque": torque}), boot="b"
-        )
-        feed(watch, node, slow(11, 0.5).streams())
-        while node.learn() is not None:
-            pass
-        said[torque] = [reason for reason in watch.report(node).reasons if "the damping curve may be" in reason]
-        curve = node.served.model.predict(np.array((-1.0, -0.5, 0.5, 1.0))).damping
-        true = ROV.damping(np.array((-1.0, -0.5, 0.5, 1.0)))
-        if torque == "commanded":
-            np.testing.assert_allclose(curve, true, rtol=0.25)
-    assert not said["commanded"]
-    assert "the damping curve may be" in said["measured"][0]
-    assert "set signals.torque to commanded" in said["measured"][0]
 
 
 def test_reversals_at_the_ends_of_the_learned_range_do_not_make_health_go_to_and_fro(

@@ -97,16 +97,6 @@ def test_what_the_vehicle_tells_goes_before_the_configuration_and_alone_is_kept(
     assert InputMapper(corrected, hearing.told_parameters).parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": -1.0}
 
 
-def test_thrusters_that_the_configuration_names_by_the_message() -> None:
-    each = [{"field": "servo3_raw", "arm": 0.2}]
-    hearing = mapping(preset="blueos", thrusters={"topic": "SERVO_OUTPUT_RAW", "command": "pwm", "each": each})
-    for key, payload in [*mavlink.stream(dive(1.0, 5.0)), mavlink.outputs(1.0, [1500, 1500, 1900, 1500])]:
-        heard = hearing.hear(key, payload, 0.0)
-    assert heard[0].t == pytest.approx([BOOT + 1.0])
-    assert heard[0].value == pytest.approx([0.2 * (4.53 + 5.25) / 2.0 * 9.80665])
-    assert not hearing.notices()
-
-
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300, "x", None])
 def test_a_parameter_that_is_none_changes_nothing(value: Any) -> None:
     hearing = InputMapper(Inputs(preset="blueos"))
@@ -148,19 +138,6 @@ def test_a_voltage_that_nobody_tells_is_said() -> None:
         hearing.hear("v", b"14000", 6.0)
         assert hear(hearing, "u", 6.0, w=1900)["torque"].value == pytest.approx([0.5 * 4.53 * 9.80665])
         assert not hearing.notices()
-
-
-def test_speed_past_the_thrusters_is_taken_from_the_channel_surge() -> None:
-    thrusters = {"topic": "u", "command": "rad/s", "curve": "quadratic", "full": 0.02, "inflow": -0.03}
-    hearing = mapping(
-        yaw_rate={"topic": "r", "field": "v"},
-        thrusters={**thrusters, "each": [{"field": "w[0]", "arm": 0.5}, {"field": "w[1]", "arm": -0.5}]},
-        channels={"surge": {"topic": "speed"}},
-    )
-    hear(hearing, "r", 1.0, v=0.1)
-    hearing.hear("speed", b"0.5", 1.0)
-    heard = hear(hearing, "u", 1.0, w=[30.0, -20.0])
-    assert heard["torque"].value[0] == pytest.approx(0.5 * 0.02 * (900.0 + 400.0) - 0.5 * 0.03 * 0.5 * (30.0 - 20.0))
 
 
 @settings(max_examples=40)

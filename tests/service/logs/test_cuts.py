@@ -14,7 +14,7 @@ from service.recordings.archive_reader import ArchiveReader
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read, write
 from tests.service import link
-from tests.service.logs.dive import BOOT, dive
+from tests.service.logs.dive import BOOT, dive, refused
 
 DIVE = dive(40.0)
 WRITERS = {"tlog": link.as_tlog, "mcap": link.as_mcap, "BIN": link.as_dataflash}
@@ -39,11 +39,6 @@ def converted(folder: Path, *words: str) -> Recording:
     out = folder / "out.csv"
     assert main(["convert", words[0], str(out), *words[1:]]) == 0
     return read(out)
-
-
-def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    assert main(list(words)) == 2
-    return capsys.readouterr().err
 
 
 @pytest.mark.parametrize("form", WRITERS)

@@ -14,7 +14,7 @@ from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from tests.service import link
-from tests.service.logs.dive import dive
+from tests.service.logs.dive import dive, refused
 
 DIVE = dive(40.0)
 SAID = link.in_order(link.parameters(), link.swum(DIVE))
@@ -40,11 +40,6 @@ def same(found: Recording, whole: Recording) -> None:
     assert list(found.columns) == list(whole.columns)
     for name, values in whole.columns.items():
         np.testing.assert_array_equal(found.columns[name], values)
-
-
-def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    assert main(list(words)) == 2
-    return capsys.readouterr().err
 
 
 @pytest.mark.slow

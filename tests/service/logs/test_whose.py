@@ -12,23 +12,16 @@ import yaml
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from incsvr.errors import BadInput
-from service.inputs.settings import Inputs
 from service.logs import open_any
-from service.logs.reading import LogDescription
-from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from tests.service import link
-from tests.service.logs.dive import BOOT, VOLTS, Dive, dive
+from tests.service.logs.dive import BOOT, VOLTS, Dive, dive, read
 
 DIVE = dive(20.0)
 IDLE = np.full((DIVE.time.size, 4), 1500.0)
 WRITERS = {"tlog": link.as_tlog, "mcap": link.as_mcap, "BIN": link.as_dataflash}
 HALF = 10.0
 """When something changes [s]."""
-
-
-def read(path: Path, *columns: str, learns: bool = True, **inputs: Any) -> Recording:
-    return Reading(LogDescription(columns, Inputs.model_validate(inputs)), learns=learns).of_one(path)
 
 
 def written(folder: Path, form: str, *parts: Any, **more: Any) -> Path:
