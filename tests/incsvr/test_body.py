@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.attitude import Restoring
-from incsvr.plant.axes import AXES, BODY_YAW_RATE
+from incsvr.plant.axes import AXES
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
-from incsvr.plant.mass_and_coriolis import coriolis_force, coriolis_matrix, mass_matrix, rigid_body_mass
+from incsvr.plant.mass_and_coriolis import coriolis_force, coriolis_matrix, rigid_body_mass
 
 CENTRE = (0.3, -0.02, 0.1)
 
@@ -82,43 +81,3 @@ def test_the_parts_of_equation_5_add_up_to_what_the_whole_body_takes(axis: str) 
     np.testing.assert_allclose(taken, whole[:, own], atol=1e-9)
     outside, slope = coupled.driving(motion, {"roll": roll, "pitch": pitch}, 20)
     np.testing.assert_allclose(outside + slope * velocity[:, own], np.sum(list(parts.values()), axis=0), atol=1e-9)
-
-
-def test_only_what_the_axis_equation_holds_is_asked_for() -> None:
-    diagonal = mass_matrix((2200.0, 2500.0, 0.0, 0.0, 0.0, 800.0))
-    sway = Coupled(AXES["sway"], diagonal, ("surge", "heading"))
-    assert (sway.velocities, sway.missing, sway.inertia) == (("surge",), ("yaw_rate",), 2500.0)
-    assert Coupled(AXES["heave"], diagonal, ()).missing == ("surge", "sway", "roll_rate", "pitch_rate")
-
-
-def test_only_angles_that_weight_and_buoyancy_answer_to_are_asked_for() -> None:
-    """Centres one above the other turn no vehicle about its upright axis; one ahead of the other does."""
-    above = Restoring(400.0, 400.0, (0.0, 0.0, 0.02), (0.0, 0.0, 0.0))
-    mass = mass_matrix((20.0, 25.0, 20.0, 0.5, 0.6, 0.7))
-
-    def of(axis: str, weights: Restoring) -> Coupled:
-        return Coupled(AXES[axis], mass, ("surge", "roll"), weights)
-
-    assert of("yaw", above).streams == ("surge",)
-    assert (of("roll", above).angles, of("roll", above).missing[-1]) == (("roll",), "pitch")
-    assert of("surge", above).angles == ()
-    ahead = Restoring(400.0, 400.0, (0.05, 0.0, 0.02), (0.0, 0.0, 0.0))
-    assert (of("yaw", ahead).streams, of("yaw", ahead).missing) == (
-        ("surge", "roll"),
-        ("sway", "roll_rate", "pitch_rate", "pitch"),
-    )
-    assert Coupled(AXES["sway"], mass, ("yaw_rate", "surge")).streams == ("surge", BODY_YAW_RATE)
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ((1.0, 2.0, 3.0), "has 3 entries"),
-        ((1.0, 2.0, 3.0, 4.0, -5.0, 6.0), "no body"),
-        ((0.0,) * 6, "no body"),
-        (tuple(np.eye(6).ravel() + np.eye(6, k=1).ravel()), "symmetric"),
-    ],
-)
-def test_what_is_no_mass_matrix_is_refused(given: tuple[float, ...], said: str) -> None:
-    with pytest.raises(BadInput, match=said):
-        mass_matrix(given)

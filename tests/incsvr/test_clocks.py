@@ -127,20 +127,6 @@ def test_where_both_begin_anew_the_last_second_is_lost_at_most() -> None:
     np.testing.assert_array_equal(second.time[back:], fresh.time)
 
 
-def test_the_same_where_it_is_played_faster_than_it_is_taken_in() -> None:
-    """The streams overtake each other by half a minute all the time."""
-    synchroniser, parts, end = Synchroniser(SETTINGS), [], {RATE: 0.0, TORQUE: 0.0}
-    for k in range(1, 11):
-        for name, until in ((TORQUE, 60.0 * k), (RATE, 60.0 * k + 30.0)):
-            t = np.arange(end[name], until, 0.05, dtype=np.float64)
-            end[name] = until
-            synchroniser.push(name, t % 300.0, Vehicle._values(name, t % 300.0))
-            parts.append(synchroniser.ready())
-    samples = Samples.concatenate(parts)
-    assert_right(samples, 600.0)
-    assert synchroniser.clock_restarts == 1
-
-
 @pytest.mark.parametrize("wrap", [2**32 / 1e6, 2**32 / 1e3])
 def test_a_counter_that_wraps_starts_over(wrap: float) -> None:
     begin = wrap - 100.0
@@ -157,13 +143,6 @@ def test_the_filter_follows_a_slow_stream(period: float, jitter: float, slow: st
     vehicle = Vehicle(**{slow: period})  # type: ignore[arg-type]
     assert_right(vehicle.drive(120.0, jitter=jitter), 120.0)
     assert vehicle.synchroniser.smoothing > SETTINGS.smoothing
-
-
-def test_a_gap_that_is_set_is_kept() -> None:
-    assert len(Vehicle(SignalSettings(gap=0.2), rotor=0.25).drive(60.0)) == 0
-    vehicle = Vehicle(SignalSettings(gap=0.2))
-    assert_right(vehicle.drive(60.0), 60.0)
-    assert vehicle.synchroniser.smoothing == SETTINGS.smoothing
 
 
 def test_a_stream_that_becomes_slow_is_followed_and_back() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from incsvr.numerics import Array
 from incsvr.tracing import Run, trace
@@ -36,17 +35,6 @@ def boat(seed: int, munk: float = 0.0, lift: float = 0.0, count: int = 1500) -> 
     time: Array = STEP * np.arange(count, dtype=np.float64)
     rate += random.normal(0.0, 0.002, count)
     return Run(f"boat {seed}", time, rate, torque, {"surge": surge, "sway": sway})
-
-
-def test_the_product_that_acts_is_named_with_its_ratio() -> None:
-    found = trace([boat(1, MUNK)], inertia=INERTIA, validate=[boat(2, MUNK)])
-    first = found.effects[0]
-    assert first.effect == "coriolis:surge*sway"
-    low, high = first.interval["coefficient"]
-    assert 0.8 * MUNK < low < high < 1.2 * MUNK
-    assert first.parameters["ratio"] == pytest.approx(first.parameters["coefficient"] / INERTIA)
-    assert found.error["after"]["free_run_rmse"] < 0.5 * found.error["before"]["free_run_rmse"]
-    assert found.proven
 
 
 def test_nothing_is_named_where_no_product_acts() -> None:

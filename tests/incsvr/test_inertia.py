@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from incsvr.errors import BadInput
 from incsvr.free_run.integrator import free_run, tabulated
 from incsvr.free_run.motions import Motion
 from incsvr.free_run.output_error import identify
@@ -37,27 +34,3 @@ def test_the_inertia_is_found_within_its_standard_error() -> None:
     assert abs(np.mean(scores)) < 1.5
     assert all(estimate.standard_error < 0.02 for estimate in estimates)
     assert np.mean([estimate.rmse for estimate in estimates]) == pytest.approx(NOISE, rel=0.1)
-
-
-def steady(torque: float) -> Motion:
-    time = np.arange(0.0, 20.0, 0.05, dtype=np.float64)
-    return Motion(time, np.full(time.size, torque), time, np.random.default_rng(0).normal(0.3, NOISE, time.size))
-
-
-UNMOVED = replace(run(1), yaw_rate=np.random.default_rng(0).normal(0.0, 0.5, run(1).yaw_rate.size))
-"""A rate that ignores the torque."""
-
-
-@pytest.mark.parametrize(
-    ("given", "sentence"),
-    [
-        ([], "inertia cannot be estimated"),
-        ([steady(0.0)], "inertia cannot be estimated"),
-        ([steady(3.0)], "inertia cannot be estimated"),
-        ([UNMOVED], "no free run follows"),
-    ],
-    ids=["nothing", "at rest", "steady", "ignored"],
-)
-def test_motion_that_does_not_tell_it_is_refused(given: list[Motion], sentence: str) -> None:
-    with pytest.raises(BadInput, match=sentence):
-        identify(given)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
-import pytest
 
 from incsvr.numerics import Array
 from service.health.health_watch import HealthConditions, HealthWatch
@@ -65,15 +63,3 @@ def test_learning_pauses_while_the_torque_is_reversed_and_goes_on_after() -> Non
     assert health(node).learning.state == "learning"
     assert again[-1].report.trained
     assert error(node) < 3.0
-
-
-@pytest.mark.slow
-def test_a_pause_survives_a_restart() -> None:
-    node = LearnerNode(configured(), boot="")
-    play(node, 0.0, 270.0)
-    memory = json.loads(json.dumps(node.memory(whole=True)))
-    again = LearnerNode(configured(), boot="", memory=memory)
-    assert again.served.model.to_dict() == node.served.model.to_dict()
-    after, same = play(node, 270.0, 400.0), play(again, 270.0, 400.0)
-    assert [each.snapshot for each in after] == [each.snapshot for each in same]
-    assert after

@@ -110,17 +110,6 @@ def test_what_is_wrong_outside_the_cut_does_not_matter(
     assert part.columns["armed"][0] == 1.0
 
 
-def test_runs_that_a_cut_leaves_out_are_said(tmp_path: Path, own: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """One of two runs is over before the cut begins: the other one is taken, and unseen runs are never cut."""
-    short = tmp_path / "short.csv"
-    early = DIVE.time < 8.0
-    write(short, Recording("short", DIVE.time[early], {"yaw_rate": DIVE.rate[early], "torque": DIVE.torque[early]}))
-    out = tmp_path / "out.csv"
-    assert main(["convert", str(short), str(own), str(out), "--from", "10"]) == 0
-    assert "short.csv: --from 10 selects no data" in capsys.readouterr().out
-    assert read(out).time[0] == 10.0
-
-
 def test_an_archive_is_cut_by_when_its_messages_came() -> None:
     send = np.asarray(1_700_000_000.0 + np.arange(60.0), dtype=np.float64)
     payloads = [b"%d" % k for k in range(60)]

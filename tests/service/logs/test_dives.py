@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.cli.command_line import main
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
-from service.recordings.recording_csv import write
 from tests.service import link
 from tests.service.logs.dive import dive, refused
 
@@ -116,22 +114,3 @@ def test_a_folder_that_is_no_dive_says_why(tmp_path: Path, capsys: pytest.Captur
         assert "no file in this folder is a log" in refused(capsys, words[0], str(empty), *words[1:])
     both = [str(overlapping / name) for name in ("a.csv", "b.csv")]
     assert "are no parts of one dive" in refused(capsys, "inspect", *both)
-
-
-def test_a_part_of_a_dive_may_be_played_cut_and_converted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A cut is of the whole dive: where stamps count since 1970, its seconds count from the first part on."""
-    late = DIVE.time >= HALF
-    start = 1_700_000_000.0
-    parts = [
-        as_csv(tmp_path / "1.csv", ~late, start=start),
-        as_csv(tmp_path / "2.csv", late, start=start),
-    ]
-    out = tmp_path / "out.csv"
-    assert main(["convert", *map(str, parts), str(out), "--from", "15", "--to", "25"]) == 0
-    (found,) = Reading().of_all([out])
-    assert (found.time[0] - start, found.time[-1] - start) == (15.0, 25.0)
-    write(out, found)
-    assert main(["convert", *map(str, parts), str(out), "--from", "22:13:45"]) == 0
-    (found,) = Reading().of_all([out])
-    assert found.time[0] - start == 25.0
-    capsys.readouterr()

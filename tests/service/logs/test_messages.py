@@ -119,19 +119,6 @@ def test_a_compressed_part_of_a_bag_says_what_to_give(tmp_path: Path, capsys: py
     )
 
 
-def test_a_configuration_of_inputs_alone_leaves_the_scales_to_the_recordings(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = str(link.as_tlog(tmp_path / "dive.tlog", link.in_order(link.parameters(), link.swum(DIVE))))
-    config = tmp_path / "inputs.yaml"
-    config.write_text("inputs: {preset: blueos}\n", encoding="utf-8")
-    results = []
-    for words in ([], ["--config", str(config)]):
-        assert main(["fit", path, "--inertia", "0.6", *words, "--json", "-"]) == 0
-        results.append(json.loads(capsys.readouterr().out))
-    assert results[0] == results[1]
-
-
 def test_inspect_sees_degrees_by_the_heading_beside_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A yaw rate too slow to be seen by its size, and a heading in degrees beside a yaw rate in rad/s."""
     for slower, unit, said, not_said in (

@@ -132,27 +132,6 @@ def test_parameters_of_a_vehicle_that_sends_no_yaw_rate_are_its_own(tmp_path: Pa
     assert noted(recording, "vehicle 1 is used, the only one that sends its yaw rate")
 
 
-@pytest.mark.parametrize("form", WRITERS)
-def test_a_parameter_counts_from_when_it_was_received(tmp_path: Path, form: str) -> None:
-    """Directions and outputs of motors change; the first value counts before, too."""
-    late = (DIVE.time >= HALF)[:, None]
-    before = link.pulses(DIVE, (1, 1, 1, 1))[:, [1, 0, 2, 3]]
-    told = np.where(late, DIVE.pulses, before)
-    early = link.parameters(
-        at=7.0, MOT_1_DIRECTION=1.0, MOT_2_DIRECTION=1.0, SERVO1_FUNCTION=34.0, SERVO2_FUNCTION=33.0
-    )
-    changes = {"MOT_1_DIRECTION": -1.0, "MOT_2_DIRECTION": -1.0, "SERVO1_FUNCTION": 33.0, "SERVO2_FUNCTION": 34.0}
-    changed = [link.parameter(HALF - 0.001, name, value) for name, value in changes.items()]
-    recording = read(written(tmp_path, form, early, link.swum(DIVE, told), changed))
-    same(recording, DIVE.torque)
-    assert noted(
-        recording,
-        "parameters changed during the log",
-        "MOT_1_DIRECTION -1 (1 before)",
-        "SERVO2_FUNCTION 34 (33 before)",
-    )
-
-
 def test_from_where_the_thrusters_are_not_known_nothing_is_learned(tmp_path: Path) -> None:
     changed = [link.parameter(HALF - 0.001, "FRAME_CONFIG", 7.0)]
     recording = read(written(tmp_path, "tlog", link.parameters(), link.swum(DIVE), changed))
