@@ -206,3 +206,80 @@ def test_a_state_in_between_goes_on_to_the_bit() -> None:
         again, same, _ = checked_learner.learn(SETTINGS, VEHICLE, again, batch)
         assert verdict == same
     assert json.dumps(state.to_dict()) == json.dumps(again.to_dict())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stream", ["torque", "yaw_rate"])
+def test_a_clock_that_runs_fast_is_told_before_it_has_done_harm(stream: str) -> None:
+    """The stamps tell it at once, on every seed; how soon a lag that grows by 5 ms a second is seen, too, is luck."""
+    for seed in (2, 3, 4):
+        state, verdicts = guided(streams({stream: lambda t, v, here, rng: (t + 0.005 * (t - FAILS) * here, v)}, seed))
+        first = next(verdict for verdict in verdicts if verdict.findings)
+        assert first.span[1] - FAILS <= 60.0
+        assert any("drift apart" in finding.sentence for finding in first.findings)
+        assert not any(verdict.learn for verdict in verdicts if verdict.span >= first.span)
+        assert error(state) < 1.5 * max(sound_error(seed), 0.7)
+
+
+def test_a_clock_of_both_streams_that_runs_fast_is_told_and_learning_goes_on() -> None:
+    def fast(t: Array, v: Array, here: NDArray[np.bool_], rng: np.random.Generator) -> tuple[Array, Array]:
+        return t + 0.005 * (t - FAILS) * here, v
+
+    _, verdicts = guided(streams({"torque": fast, "yaw_rate": fast}))
+    told_first = next(verdict for verdict in verdicts if verdict.findings)
+    assert {finding.kind for finding in told_first.findings} == {"torque pace", "yaw_rate pace"}
+    assert all(verdict.learn for verdict in verdicts)
+
+
+def test_a_rate_of_sending_that_was_set_anew_is_learned_from_once_the_streams_are_seen_together() -> None:
+    def slower(t: Array, v: Array, here: NDArray[np.bool_], rng: np.random.Generator) -> tuple[Array, Array]:
+        at = np.where(here, FAILS + 1.01 * (t - FAILS), t)
+        return at[at < t[-1]], np.interp(at[at < t[-1]], t, v)
+
+    _, verdicts = guided(streams({"torque": slower}))
+    aside = [verdict.span for verdict in verdicts if not verdict.learn]
+    assert aside
+    assert aside[-1][1] - FAILS < 240.0
+    assert verdicts[-1].learn
+    assert not verdicts[-1].findings
+
+
+def heading(sign: float, bias: float, unit: float = 1.0) -> dict[str, tuple[Array, Array]]:
+    """Leng's streams with a heading at 2 Hz that is wrapped, and a gyro whose zero is off from the beginning."""
+    found = leng.recording("T1", 5).streams()
+    t, rate = found["yaw_rate"]
+    turned = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))))
+    at = np.arange(0.1, t[-1], 0.5)
+    angle = sign * np.interp(at, t, turned) + np.random.default_rng(5).normal(0.0, 0.01, at.size)
+    wrapped = ((angle + np.pi) % (2.0 * np.pi) - np.pi) * unit
+    return found | {"yaw_rate": (t, rate + bias), "heading": (at, wrapped)}
+
+
+def test_a_measured_heading_tells_a_gyros_zero_from_the_first_batch_on() -> None:
+    _, verdicts = guided(heading(1.0, 0.02))
+    assert verdicts[0].decision is Decision.PAUSE
+    assert "heading turns" in verdicts[0].findings[0].sentence
+    assert not any(verdict.learn for verdict in verdicts)
+    _, sound = guided(heading(1.0, 0.0))
+    assert all(verdict.learn and not verdict.findings for verdict in sound)
+
+
+def test_a_compass_that_counts_clockwise_is_said_and_learning_goes_on() -> None:
+    _, verdicts = guided(heading(-1.0, 0.0))
+    assert "opposite directions" in verdicts[0].findings[0].sentence
+    assert all(verdict.learn for verdict in verdicts)
+
+
+def test_a_vehicle_that_rolls_turns_its_heading_otherwise_than_the_gyro_says() -> None:
+    """ψ̇ = q sin φ + r cos φ: a pitch rate at an angle of roll is no gyro's zero."""
+    found = heading(1.0, 0.02)
+    t, _ = found["yaw_rate"]
+    level = {name: (t, 0.01 * np.sin(t)) for name in ("roll_rate", "pitch_rate")}
+    rolling = {**level, "roll_rate": (t, 0.3 * np.sin(t))}
+    assert guided(found | level)[1][0].findings[0].sentence == guided(found)[1][0].findings[0].sentence
+    assert not [each for each in guided(found | rolling)[1][0].findings if "heading" in each.sentence]
+
+
+def test_a_heading_in_degrees_is_said() -> None:
+    _, verdicts = guided(heading(1.0, 0.0, unit=180.0 / np.pi))
+    assert any("give it in rad" in finding.sentence for verdict in verdicts for finding in verdict.findings)

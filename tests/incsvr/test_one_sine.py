@@ -12,7 +12,7 @@ from simulator.mission import Mission
 from simulator.sensors import Sensor
 from simulator.vehicles import TURNING
 from simulator.world import play
-from tests.worlds import as_run, trial
+from tests.worlds import as_run
 
 INERTIA = 300.0
 PERIOD = 0.05
@@ -48,23 +48,6 @@ def test_two_wrong_effects_do_not_stand_for_one_right(seed: int, constant: float
     """A larger inertia and a saturation fit a lag's shape; a single effect does nearly as well, and the lag is it."""
     (found,) = trace([swung(seed, constant, rotor=False, water=3.5, sensor=sensor)], inertia=INERTIA).effects
     assert "torque_lag" in (found.effect, *found.cannot_tell_from)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [1])
-def test_a_rotors_lag_is_found_in_a_noisy_torque(seed: int) -> None:
-    """From the rate side it is a root's slope where the thrust turns: nothing but noise."""
-    found = trace([swung(seed, 0.7, rotor=True, water=0.0, sensor=3.5)], inertia=INERTIA).effects
-    assert [f.effect for f in found] == ["torque_lag"]
-    assert found[0].parameters["time_constant_s"] == pytest.approx(0.7, rel=0.05)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [948_300])
-def test_how_the_streams_were_sampled_makes_no_effect(seed: int) -> None:
-    """Commands stand for longer than a sample of the sensor: on one sine that delay looks like water that remembers."""
-    outcome = trial(seed, (), "small", "sine", 500.0)
-    assert trace([as_run(outcome.recording)], inertia=outcome.inertia, torque="measured").effects == ()
 
 
 @pytest.mark.slow

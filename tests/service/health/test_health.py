@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ import pytest
 from incsvr.numerics import Array
 from service.config.sections import HealthLimits
 from service.health.health_watch import HealthConditions, HealthWatch
+from service.learner.damping_query import DampingQuery
 from service.learner.node import LearnerNode
+from service.learner.prepared_iteration import CommittedIteration
 from simulator import leng
 from tests.service.conftest import configured
 
@@ -186,3 +189,54 @@ def test_a_channel_that_an_effect_reads_must_come(watch: HealthWatch, node: Lear
     )
     watch.add_values("sway", np.zeros(1), np.zeros(1))
     assert watch.report(node).level == "OK"
+
+
+FROM, UNTIL = 200.0, 290.0
+"""While the torque's sign is reversed [s]."""
+RATES: Array = np.linspace(-0.22, 0.22, 45)
+
+
+def played(node: LearnerNode, after: float, until: float) -> list[CommittedIteration]:
+    """What is published while Leng's run is pushed from one time to another [s]."""
+    for name, (t, value) in leng.recording("T1", 3).streams().items():
+        if name == "torque":
+            value = np.where((t >= FROM) & (t < UNTIL), -value, value)
+        here = (t >= after) & (t < until)
+        node.push(name, t[here], value[here])
+    outcomes = []
+    while (outcome := node.learn()) is not None:
+        outcomes.append(outcome)
+    return outcomes
+
+
+def judged(node: LearnerNode) -> Any:
+    config = configured()
+    watch = HealthWatch(config.health, started=0.0, clock=lambda: 0.0)
+    watch.observe(HealthConditions(paused=node.current_warnings.paused))
+    return watch.report(node)
+
+
+def curve_error(node: LearnerNode) -> float:
+    predicted = np.array(node.predict(DampingQuery(tuple(RATES.tolist()))).damping)
+    return float(np.mean(np.abs(predicted - leng.damping(RATES))))
+
+
+def test_learning_pauses_while_the_torque_is_reversed_and_goes_on_after() -> None:
+    node = LearnerNode(configured(), boot="")
+    good = played(node, 0.0, FROM)
+    assert judged(node).learning.state == "learning"
+    (taken_back,) = played(node, FROM, 270.0)
+    said = judged(node)
+    assert said.learning.state == "paused"
+    assert "opposite directions" in said.learning.why
+    assert any("opposite directions" in reason for reason in said.reasons)
+    # what is served is what was learned before the batch that may have been touched, under a revision of its own
+    assert taken_back.snapshot.revision == good[-1].snapshot.revision + 1
+    assert taken_back.snapshot.support == good[-2].snapshot.support
+    assert not taken_back.report.trained
+    assert curve_error(node) < 3.0
+    assert played(node, 270.0, UNTIL) == []
+    again = played(node, UNTIL, 400.0)
+    assert judged(node).learning.state == "learning"
+    assert again[-1].report.trained
+    assert curve_error(node) < 3.0

@@ -21,7 +21,7 @@ from service.state.store import Store
 from service.wire import encode
 from simulator import leng
 from tests.service.conftest import PATIENCE, StartBench, configured, cut
-from tests.service.state.iterations import save
+from tests.service.state.conftest import save
 
 MANY = 10**9
 
