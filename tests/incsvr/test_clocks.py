@@ -117,16 +117,6 @@ def test_once_the_clocks_agree_again_it_goes_on(cure: str, restarts: bool) -> No
         assert vehicle.synchroniser.clock_restarts == 1
 
 
-def test_where_both_begin_anew_the_last_second_is_lost_at_most() -> None:
-    vehicle = Vehicle()
-    first = vehicle.drive(100.0)
-    second = vehicle.drive(100.0, rate=lambda t: t - 100.0, torque=lambda t: t - 100.0)
-    fresh = Vehicle().drive(100.0)
-    back = int(np.flatnonzero(np.diff(second.time) < 0.0)[0]) + 1 if (np.diff(second.time) < 0.0).any() else 0
-    assert len(first) + back == pytest.approx(100.0 / 0.6, abs=3)
-    np.testing.assert_array_equal(second.time[back:], fresh.time)
-
-
 @pytest.mark.parametrize("wrap", [2**32 / 1e6, 2**32 / 1e3])
 def test_a_counter_that_wraps_starts_over(wrap: float) -> None:
     begin = wrap - 100.0

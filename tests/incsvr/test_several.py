@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from functools import cache
 
@@ -24,7 +23,7 @@ from simulator import leng
 from simulator.vehicles import Vehicle as Body
 from simulator.vehicles import planar
 from tests import worlds
-from tests.incsvr.learning import batches, rms, run, stream
+from tests.incsvr.learning import batches, rms, run
 
 OTHERS = ("surge", "sway")
 
@@ -128,20 +127,6 @@ def test_where_nothing_was_driven_it_extrapolates_and_is_unsure() -> None:
     assert (said.doubt > 2.0 * model.over(known).doubt.max()).all()
     assert np.isfinite(said.damping).all()
     assert np.abs(said.damping[:2]).max() < 5.0 * np.abs(model.support_damping).max()
-
-
-def test_of_one_velocity_nothing_has_changed() -> None:
-    """No field is new in what is kept, further channels change no bit, and no further input is the default."""
-    state, iterations = run(Settings(), stream(7, 200))
-    channels = {"surge": np.linspace(0.0, 1.0, 200)}
-    beside, again = run(Settings(), replace(stream(7, 200), channels=channels))
-    assert state.to_dict() == beside.to_dict()
-    assert [each.model.to_dict() for each in iterations] == [each.model.to_dict() for each in again]
-    assert "several" not in json.dumps(state.to_dict())
-    assert "others" not in json.dumps(state.to_dict())
-    assert (
-        state.model.predict(0.1).damping == state.model.at(Samples(np.zeros(1), np.array([0.1]), np.zeros(1))).damping
-    )
 
 
 def test_samples_without_one_of_its_velocities_and_a_state_over_others_are_refused() -> None:

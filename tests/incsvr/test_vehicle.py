@@ -10,7 +10,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array, Streams
-from incsvr.vehicle import Identified, Vehicle, identify, on_grid
+from incsvr.vehicle import Identified, identify, on_grid
 from incsvr.vehicle.fitting import Fit, student_weight
 from incsvr.vehicle.intervals import intervals
 from incsvr.vehicle.structure import Structure
@@ -50,23 +50,6 @@ def test_unseen_dives_are_predicted_with_all_axes_at_once() -> None:
     assert np.all(found.errors.free_run < 0.3 * found.errors.zero)
     assert found.errors.track[5.0] < 0.5
     assert set(found.refusals) == {"heave", "roll", "pitch"}
-
-
-def test_a_vehicle_is_the_same_after_plain_data() -> None:
-    _, found = torpedo()
-    again = Vehicle.from_dict(found.vehicle.to_dict())
-    assert again.to_dict() == found.vehicle.to_dict()
-    assert np.array_equal(again.mass_matrix, found.vehicle.mass_matrix)
-
-
-@pytest.mark.slow
-def test_a_declared_mass_matrix_is_kept() -> None:
-    body, log = dive("torpedo", 180.0, 42)
-    declared = {("surge", "surge"): float(body.mass[0, 0]), ("yaw", "yaw"): float(body.mass[5, 5])}
-    found = identify(on_grid([log]), declared=declared)
-    assert found.vehicle.mass["surge", "surge"].to_dict()["origin"] == "declared"
-    assert found.vehicle.mass_matrix[5, 5] == body.mass[5, 5]
-    assert not found.unseen
 
 
 def test_a_vehicle_that_nothing_drives_is_refused_with_the_cure() -> None:

@@ -18,7 +18,6 @@ from incsvr.signals import synchronise
 from service import wire
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
-from service.commands.status import text
 from service.host.host import Host
 from service.host.worker_threads import WorkerThreads
 from service.recordings.recording import Recording, of_axis
@@ -115,43 +114,6 @@ def test_three_axes_hear_each_other_and_learn_each_its_own_damping(start: StartB
         split = wire.decode(wire.EffectsLedger, ledger).batch
         assert split is not None
         assert split.parts.keys() == report.batch.parts.keys()
-
-
-@pytest.mark.slow
-def test_what_nothing_brings_is_zero_and_said_once(start: StartBench, run: Recording) -> None:
-    bench = start(**COMMON, prefix="rov/yaw", signals__channels=("surge",), health__stale_after=1000.0)
-    published = reports(bench, "yaw")
-    health = bench.health()
-    (note,) = health.reasons
-    assert health.level == "OK"
-    assert "it is not published: channel sway; publish it" in note
-    assert "Assumed zero in the mass matrix's terms" in text("rov/yaw", health, None)
-    surge = run.columns["surge"]
-    for start_of in np.arange(0, surge.size, 100).tolist():
-        part = slice(start_of, start_of + 100)
-        payload = wire.measurement(tuple(run.time[part].tolist()), tuple(surge[part].tolist()))
-        bench.session.put("rov/yaw/channel/surge", payload, congestion_control=zenoh.CongestionControl.BLOCK)
-    send(bench, run, ("yaw",))
-    batch = published.get(timeout=PATIENCE).batch
-    assert not np.any(batch.parts[CORIOLIS])  # a product of surge with a sway of zero
-    assert bench.health().reasons[-1] == note
-
-
-@pytest.mark.slow
-def test_the_state_of_a_body_is_no_other_bodys(start: StartBench, run: Recording, tmp_path: Path) -> None:
-    first = start(**THREE, state=tmp_path)
-    published = reports(first, "yaw")
-    send(first, run, AXES_HERE)
-    published.get(timeout=PATIENCE)
-    first.stop()
-    revision = first.host.node.served.revision
-    again = start(**THREE, state=tmp_path)
-    assert again.host.node.served.revision >= revision > 0
-    assert again.health().counters["iterations"] > 0
-    again.stop()
-    other = start(**{**THREE, "vehicle__mass_matrix": (MASS * 1.5).tolist()}, state=tmp_path)
-    assert other.host.node.served.revision == 0
-    assert any("was learned with inertia" in reason for reason in other.health().reasons)
 
 
 @pytest.mark.slow

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import queue
-import re
 import signal
 import subprocess
 import threading
@@ -14,71 +13,12 @@ from pathlib import Path
 
 import pytest
 
-from service import wire
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
-from service.cli.output import WIDTH
-from service.commands.status import text
 from tests.service.commands.test_processes import KEYS, client_after, command, endpoint, following, next_model
 from tests.service.conftest import PATIENCE, teach
 
 __all__ = ["endpoint"]
-
-STARVED = "torque waits for yaw rate, whose stamps are 3600.0 s behind (12.3 s and 3612.3 s); stamp both with one clock"
-
-
-@pytest.fixture
-def health() -> wire.Health:
-    """A health with everything in it that a screen must find room for."""
-    return wire.Health(
-        level="WARN",
-        reasons=(f"learning is starved: {STARVED}", "12345 values rejected: clock jump"),
-        counters={"samples": 1234567, "iterations": 24691, "rejected": 12345, "rejected:clock_jump": 12345},
-        learned=0.95,
-        boot="b",
-        revision=24691,
-        iteration=24691,
-        uptime_s=400_000.0,
-        streams={
-            "yaw_rate": wire.StreamHealth(
-                received=123456789, lost=1234, age_s=0.02, t=1764040000.0, value=-0.0834, period_s=0.02, held=200_000
-            ),
-            "torque": wire.StreamHealth(),
-            "thruster_1_speed_measured": wire.StreamHealth(received=5, age_s=12.0, t=3.0, value=141.4, held=5),
-        },
-        learning=wire.Learning(state="starved", since=8.1, why=STARVED),
-    )
-
-
-def test_the_screen_fits_and_says_what_is_wrong(health: wire.Health) -> None:
-    model = wire.ModelSnapshot(
-        boot="b",
-        revision=24691,
-        iteration=24691,
-        t=1764040000.0,
-        kernel=wire.Kernel(gamma=10.0),
-        epsilon=0.1,
-        C=1000.0,
-        support=wire.Support(rate=(-0.2, 0.2), damping=(-80.0, 80.0), weight=(-90.0, 90.0)),
-        inertia=350.0,
-        effects=({"effect": "torque_lag"},),
-        noise=3.9,
-        trained_range=(-0.2, 0.2),
-    )
-    shown = text("vehicle/with/a/long/prefix/yaw", health, model)
-    assert max(map(len, shown.splitlines())) <= WIDTH
-    together = " ".join(re.sub(r"[!\n]", " ", shown).split())
-    for words in (
-        "WARN",
-        "starved since 8.1 s",
-        STARVED,
-        "12345 clock jump",
-        " 50 0.0 1764040000.0 ",
-        "-0.0834 rad/s",
-        "torque_lag",
-    ):
-        assert words in together
-    assert "none yet" in text("leng/yaw", health, None)
 
 
 def asked(endpoint: str, capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:

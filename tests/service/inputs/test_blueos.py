@@ -87,15 +87,6 @@ def test_outputs_that_do_not_come_are_missed_with_the_cure(board: Board, swim: D
     )
 
 
-def test_another_vehicle_on_the_bus_is_left_alone(board: Board, swim: Dive) -> None:
-    vessel = board({"preset": "blueos"})
-    other = [(key.replace("mavlink/1/", "mavlink/2/"), load) for key, load in mavlink.stream(swim, 0.0, 10.0)]
-    mixed = [each for pair in zip(mavlink.stream(swim, 0.0, 10.0), other, strict=True) for each in pair]
-    health = vessel.send(mixed, 100)
-    assert health.streams["yaw_rate"].received == 100
-    vessel.health_when(lambda health: any("vehicle 1 is used" in reason for reason in health.reasons))
-
-
 def test_outputs_at_2_hz_are_too_slow_for_the_vehicle_and_the_cure_is_a_command(board: Board, swim: Dive) -> None:
     vessel = board({"preset": "blueos"})
     messages, told = mavlink.parameters(), 0

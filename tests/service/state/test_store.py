@@ -129,17 +129,6 @@ def test_a_state_of_the_other_policy_goes_on(
     assert second.get(f"{second.keys.model}?revision=1")[0] is not None
 
 
-def test_history_is_bounded(tmp_path: Path, outcomes: list[CommittedIteration]) -> None:
-    store = Store(tmp_path, configured(history=2))
-    for outcome in outcomes:
-        save(store, outcome)
-    with pytest.raises(NotKept, match="revision 1 is not kept"):
-        store.history.revision(1)
-    assert [store.history.revision(number).revision for number in (2, 3)] == [2, 3]
-    assert len(store.history.reports(0, 10, MANY)) == 2
-    store.close()
-
-
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     config: Config = configured()
