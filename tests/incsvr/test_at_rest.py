@@ -37,6 +37,7 @@ def rubbing(seed: int, friction: float) -> Run:
     return Run("rubbing", time, gyro, torque + random.normal(0.0, 1.0, time.size), {})
 
 
+@pytest.mark.slow
 def test_friction_that_holds_the_vehicle_is_named() -> None:
     found = trace([rubbing(0, 8.0)], inertia=INERTIA)
     assert [finding.effect for finding in found.effects] == ["coulomb"]

@@ -20,7 +20,7 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.session import client_config_at, free_endpoint, open_session
 from service.learner.duplicate_learner import take_prefix
-from tests.service.commands.test_processes import KEYS, client, client_after, command, serving
+from tests.service.commands.test_processes import KEYS, client, client_after, command, following, serving
 from tests.service.conftest import PATIENCE, StartBench, teach
 
 
@@ -77,10 +77,7 @@ def a_client_that_asks_and_stops(endpoint: str) -> Iterator[None]:
 def test_a_client_that_asks_much_and_stops_holds_up_nobody(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with client_after(endpoint, tmp_path) as (process, session, alive):
-        models: queue.Queue[wire.ModelSnapshot] = queue.Queue()
-        session.declare_subscriber(
-            KEYS.model, lambda sample: models.put(wire.decode(wire.ModelSnapshot, sample.payload.to_bytes()))
-        )
+        models = following(session)
         teach(session, KEYS, 9, 0.0, 40.0)
         assert models.get(timeout=PATIENCE).revision == 1
         with a_client_that_asks_and_stops(endpoint):

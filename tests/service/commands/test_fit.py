@@ -106,24 +106,33 @@ def test_the_measured_vehicle(capsys: pytest.CaptureFixture[str], measured: Path
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["missing.csv"], "missing.csv: there is no such file"),
-        (["short.csv"], "damping samples, but one batch needs 50; give more or longer recordings"),
-        (["slow.csv"], "slow.csv: not one damping sample; it is shorter than"),
-        (["good.csv", "--inertia", "heavy"], "--inertia is heavy; give the moment of inertia in kg m²"),
-        (["good.csv", "--inertia", "-3"], "--inertia is -3; give the moment of inertia"),
-        (["good.csv", "--inertia", "nan"], "--inertia is nan; give the moment"),
-        (["degrees.csv"], "row 12: yaw_rate is 14.3, beyond the plausible ±6 rad/s; if it is in degrees"),
-        (["still.csv"], "zero in every sample; give recordings in which the vehicle turns"),
-        (["still.csv", "--inertia", "estimate"], "the inertia cannot be estimated: torque and yaw rate must change"),
-        (["good.csv", "--validate", "degrees.csv"], "degrees.csv, row 12: yaw_rate is 14.3"),
+        ("fit missing.csv --inertia 350", "missing.csv: there is no such file"),
+        ("fit short.csv --inertia 350", "damping samples, but one batch needs 50; give more or longer recordings"),
+        ("fit slow.csv --inertia 350", "slow.csv: not one damping sample; it is shorter than"),
+        ("fit good.csv --inertia heavy", "--inertia is heavy; give the moment of inertia in kg m²"),
+        ("fit good.csv --inertia -3", "--inertia is -3; give the moment of inertia"),
+        ("fit good.csv --inertia nan", "--inertia is nan; give the moment"),
+        (
+            "fit degrees.csv --inertia 350",
+            "row 12: yaw_rate is 14.3, beyond the plausible ±6 rad/s; if it is in degrees",
+        ),
+        ("fit still.csv --inertia 350", "zero in every sample; give recordings in which the vehicle turns"),
+        ("fit still.csv --inertia estimate", "the inertia cannot be estimated: torque and yaw rate must change"),
+        ("fit good.csv --inertia 350 --validate degrees.csv", "degrees.csv, row 12: yaw_rate is 14.3"),
+        ("trace nowhere.csv", "no such file"),
+        ("trace good.csv --inertia -3", "--inertia is -3; give the moment"),
+        ("tune", "give recordings to tune on"),
+        ("tune good.csv --simulated 1", "give recordings to tune on"),
+        ("tune good.csv", "the inertia is not known; give --inertia"),
+        ("tune good.csv --inertia -1", "give a number above 0"),
+        (
+            "tune good.csv --inertia 350 --write no/such/folder.yaml",
+            "name a file in a folder that is there with --write",
+        ),
     ],
 )
 def test_bad_input_is_one_sentence(
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    words: list[str],
-    message: str,
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, message: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     time = np.arange(0.0, 60.0, 0.05, dtype=np.float64)
@@ -139,7 +148,7 @@ def test_bad_input_is_one_sentence(
     ):
         columns = {"yaw_rate": column[:size], "torque": 50.0 * rate[:size]}
         write(Path(f"{name}.csv"), Recording(name, time[:size], columns))
-    assert main(["fit", *words, *(() if "--inertia" in words else ("--inertia", "350"))]) == 2
+    assert main(words.split()) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert message in captured.err

@@ -276,6 +276,7 @@ def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path)
     assert main(["compare", str(history), "--report", str(report)]) == 2
 
 
+@pytest.mark.slow
 def test_without_a_change_it_says_which_change_the_dives_would_have_shown(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
