@@ -5,6 +5,7 @@ The messages are pymavlink's; each test says what is in them.
 
 from __future__ import annotations
 
+import json
 import struct
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,11 +16,11 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 from pymavlink.dialects.v20 import ardupilotmega as link
 
-from tests.service.inputs.mavlink import ARMED, DISARMED, put
 from tests.service.logs.autopilot_files import Dataflash
 from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, YAW, Dive
 
-SUBMARINE, BOAT = 12, 11
+SUBMARINE, STATION, BOAT, COMPANION = 12, 6, 11, 18
+ARMED, DISARMED = 209, 81
 Outputs = tuple[int, ...]
 
 
@@ -46,9 +47,9 @@ def parameters(at: float = 0.0, **over: float) -> list[Said]:
     return [parameter(at, name, value) for name, value in {**PARAMETERS, **over}.items()]
 
 
-def attitude(at: float, rate: float, boot: float = BOOT) -> Said:
+def attitude(at: float, rate: float, boot: float = BOOT, yaw: float = 0.0) -> Said:
     stamp = round(1000 * (boot + at))
-    return Said(at + 0.01, link.MAVLink_attitude_message(stamp, 0.0, 0.0, 0.0, 0.0, 0.0, rate))
+    return Said(at + 0.01, link.MAVLink_attitude_message(stamp, 0.0, 0.0, yaw, 0.0, 0.0, rate))
 
 
 def outputs(at: float, pulses: Sequence[float], port: int = 0, boot: float = BOOT) -> Said:
@@ -83,6 +84,15 @@ def swum(
             found += [heartbeat(t, t >= armed_from, kind), battery(t)]
         found += [attitude(t, rate, boot), outputs(t, row, boot=boot)]
     return found
+
+
+def others(seconds: int) -> list[Said]:
+    """The heartbeats of a ground station and of a companion, which have the bit of arming, too."""
+    return [
+        replace(heartbeat(float(t), True, kind, 8), system=system, component=component)
+        for t in range(seconds)
+        for kind, system, component in ((STATION, 255, 190), (COMPANION, 1, 194))
+    ]
 
 
 def of(system: int, said: Iterable[Said]) -> list[Said]:
@@ -124,15 +134,36 @@ def as_tlog(path: Path, said: Iterable[Said], first: bool = False, begin: float 
     return path
 
 
+def wire(message: Any) -> dict[str, Any]:
+    """The fields as they are after a link: packed, and decoded again."""
+    packed = message.pack(link.MAVLink(None))
+    return dict(link.MAVLink(None).decode(bytearray(packed)).to_dict())
+
+
+def as_key(said: Said, **over: Any) -> tuple[str, bytes]:
+    """Key and payload, as BlueOS's server publishes them; `over` says fields that JSON has in another form."""
+    fields = wire(said.message)
+    kind = fields.pop("mavpackettype")
+    if "type" in fields:
+        fields["mavtype"] = fields.pop("type")
+    if kind == "HEARTBEAT":
+        fields["base_mode"] = {"bits": said.message.base_mode}
+    if kind == "PARAM_VALUE":
+        fields["param_id"] = list(fields["param_id"].ljust(16, "\0"))
+    header = {"system_id": said.system, "component_id": said.component, "sequence": 17}
+    header["message_id"] = said.message.get_msgId()
+    content = {"header": header, "message": {"type": kind, **fields, **over}}
+    return f"mavlink/{said.system}/{said.component}/{kind}", json.dumps(content).encode()
+
+
 def as_keys(said: Iterable[Said]) -> list[tuple[str, bytes]]:
-    """Keys and payloads, as BlueOS's server publishes them."""
-    return [put(each.message, each.system, each.component, **_in_json(each.message)) for each in said]
+    return [as_key(each) for each in said]
 
 
-def _in_json(message: Any) -> dict[str, Any]:
-    if message.get_type() == "HEARTBEAT":
-        return {"base_mode": {"bits": message.base_mode}}
-    return {}
+def published(dive: Dive, first: float = 0.0, last: float = 1e9) -> list[tuple[str, bytes]]:
+    """What is on the bus of a vehicle that is armed between two times [s], others' heartbeats, too."""
+    said = in_order(swum(dive, armed_from=0.0), others(int(dive.time[-1]) + 1))
+    return as_keys(each for each in said if first <= each.at < last)
 
 
 def as_mcap(path: Path, said: Iterable[Said], finish: bool = True) -> Path:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from service.inputs.clocks import WRAP_S
 from service.inputs.input_mapper import InputMapper, MappedValues
 from service.inputs.settings import Inputs
-from tests.service.inputs import mavlink
+from tests.service import link
 from tests.service.logs.dive import BOOT, dive
 
 ANYTHING = st.recursive(
@@ -72,10 +72,10 @@ def test_a_stamp_of_zero_is_none(unset: range) -> None:
 def test_a_counter_of_32_bits_that_runs_over() -> None:
     hearing = InputMapper(Inputs(preset="blueos"))
     swim = dive(4.0, 10.0)
-    hearing.hear(*mavlink.parameters()[0], 0.0)
+    hearing.hear(*link.as_keys(link.parameters())[0], 0.0)
     for shift in (0.0, WRAP_S - BOOT - 2.0):
         times = []
-        for key, payload in mavlink.stream(swim):
+        for key, payload in link.published(swim):
             message = json.loads(payload)["message"]
             for name, unit in (("time_boot_ms", 1e3), ("time_usec", 1e6)):
                 if name in message:
@@ -90,7 +90,7 @@ def test_a_counter_of_32_bits_that_runs_over() -> None:
 
 def test_what_the_vehicle_tells_goes_before_the_configuration_and_alone_is_kept() -> None:
     hearing = mapping(preset="blueos", parameters={"FRAME_CONFIG": 1.0, "MOT_1_DIRECTION": 1.0})
-    hearing.hear(*mavlink.parameter("FRAME_CONFIG", 2.0), 0.0)
+    hear(hearing, "mavlink/1/1/PARAM_VALUE", 0.0, message={"param_id": "FRAME_CONFIG", "param_value": 2.0})
     assert hearing.parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": 1.0}
     assert hearing.told_parameters == {"FRAME_CONFIG": 2.0}
     corrected = Inputs.model_validate({"preset": "blueos", "parameters": {"MOT_1_DIRECTION": -1.0}})
@@ -100,7 +100,7 @@ def test_what_the_vehicle_tells_goes_before_the_configuration_and_alone_is_kept(
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300, "x", None])
 def test_a_parameter_that_is_none_changes_nothing(value: Any) -> None:
     hearing = InputMapper(Inputs(preset="blueos"))
-    for key, payload in mavlink.parameters() + mavlink.stream(dive(1.0, 5.0)):
+    for key, payload in link.as_keys(link.parameters()) + link.published(dive(1.0, 5.0)):
         hearing.hear(key, payload, 0.0)
     before, inputs = dict(hearing.parameters), hearing.inputs
     for name in ("SERVO1_FUNCTION", "FRAME_CONFIG", "MOT_1_DIRECTION"):
@@ -144,7 +144,7 @@ def test_a_voltage_that_nobody_tells_is_said() -> None:
 @given(st.lists(st.tuples(st.sampled_from(("ATTITUDE", "SERVO_OUTPUT_RAW", "HEARTBEAT", "PARAM_VALUE")), ANYTHING)))
 def test_whatever_comes_nothing_is_raised(messages: list[tuple[str, Any]]) -> None:
     hearing = InputMapper(Inputs(preset="blueos"))
-    for key, payload in mavlink.stream(dive(1.0, 5.0)):
+    for key, payload in link.published(dive(1.0, 5.0)):
         hearing.hear(key, payload, 0.0)
     for kind, anything in messages:
         for message in (anything, {"message": dict.fromkeys(FIELDS, anything)}):

@@ -31,11 +31,7 @@ def same(recording: Recording, truth: Dive, begin: float, after: float = 0.0, wi
 
 def telemetry(truth: Dive, *, boot: float = BOOT, armed_from: float = ARMED_FROM) -> list[link.Said]:
     """What a ground station writes down: the autopilot, itself and a companion, whose heartbeats have bit 128, too."""
-    others = [
-        replace(link.heartbeat(float(t), True, kind, 8), system=system, component=component)
-        for t in range(int(truth.time[-1]) + 1)
-        for kind, system, component in ((6, 255, 190), (18, 1, 194))
-    ]
+    others = link.others(int(truth.time[-1]) + 1)
     return link.in_order(link.parameters(), link.swum(truth, armed_from=armed_from, boot=boot), others)
 
 
