@@ -154,12 +154,6 @@ def test_results_are_shown_as_the_terminal_shows_them(dive: Path, traced: incsvr
     assert "torque_asymmetry" in repr(traced)
 
 
-def test_a_table_needs_pandas_and_its_lack_is_said(dive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(incsvr.BadInput, match="needs pandas, which is not installed: pip install pandas"):
-        incsvr.read(dive).to_frame()
-
-
 @pytest.mark.slow
 def test_results_become_tables(dive: Path, traced: incsvr.Result) -> None:
     pytest.importorskip("pandas", reason="pandas is not installed")
