@@ -61,6 +61,7 @@ def test_it_does_not_go_round_in_circles(seed: int) -> None:
     assert solution.certified_error < 0.1
 
 
+@pytest.mark.slow
 def test_offline_sets_need_memory_in_proportion_to_their_size() -> None:
     x, y = yaw_samples(8, old=10000, new=10000)
     tracemalloc.start()

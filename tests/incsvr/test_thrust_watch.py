@@ -77,6 +77,7 @@ def test_thrust_that_is_lost_is_told_within_a_minute_and_so_is_its_return() -> N
     assert back.seen - (ONSET_S + FAULT_S) <= 60.0
 
 
+@pytest.mark.slow
 def test_of_quick_commands_the_loss_is_told_whole() -> None:
     """Forty commands a second of a quick controller: within 0.1 s the later ones answer what the first left over."""
     lost, *_ = found(*sailed(thrust=lost_for_a_while, hold=1, gain=15.0 * INERTIA))
