@@ -83,6 +83,7 @@ def test_a_step_changes_nothing_that_it_was_given(settings: Settings) -> None:
     assert plain(columns(batch)) == samples
 
 
+@pytest.mark.slow
 @kinds
 def test_memory_is_bounded(settings: Settings) -> None:
     long = 1800 if settings.others else 3000
