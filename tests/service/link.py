@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -238,3 +238,7 @@ def as_dataflash(
 
 def firmware(at: float, text: str) -> Said:
     return Said(at, link.MAVLink_statustext_message(6, text.encode()))
+
+
+WRITERS: dict[str, Callable[..., Path]] = {"tlog": as_tlog, "mcap": as_mcap, "BIN": as_dataflash}
+"""Suffix of a file → what writes it."""

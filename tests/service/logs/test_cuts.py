@@ -17,7 +17,6 @@ from tests.service import link
 from tests.service.logs.dive import BOOT, dive, refused
 
 DIVE = dive(40.0)
-WRITERS = {"tlog": link.as_tlog, "mcap": link.as_mcap, "BIN": link.as_dataflash}
 SAID = link.in_order(link.parameters(), link.swum(DIVE))
 BEGIN = "22:13:20"
 """The time of day at which the logs begin: EPOCH, in UTC."""
@@ -41,10 +40,10 @@ def converted(folder: Path, *words: str) -> Recording:
     return read(out)
 
 
-@pytest.mark.parametrize("form", WRITERS)
+@pytest.mark.parametrize("form", link.WRITERS)
 def test_a_cut_keeps_the_stamps_and_what_was_said_before_it(tmp_path: Path, form: str) -> None:
     """Parameters and arming were told before the cut, and hold in it."""
-    path = WRITERS[form](tmp_path / f"dive.{form}", SAID)
+    path = link.WRITERS[form](tmp_path / f"dive.{form}", SAID)
     whole = converted(tmp_path, str(path))
     cut = ("--from", f"{BOOT + 10}", "--to", f"{BOOT + 20}")
     part = converted(tmp_path, str(path), *cut)
@@ -62,7 +61,7 @@ def test_a_cut_keeps_the_stamps_and_what_was_said_before_it(tmp_path: Path, form
 
 @pytest.mark.parametrize("form", ["tlog", "mcap"])
 def test_a_time_of_day_is_the_walls(tmp_path: Path, form: str) -> None:
-    path = WRITERS[form](tmp_path / f"dive.{form}", SAID)
+    path = link.WRITERS[form](tmp_path / f"dive.{form}", SAID)
     part = converted(tmp_path, str(path), "--from", "22:13:30", "--to", "22:13:40")
     assert part.time[0] == pytest.approx(BOOT + 10.0, abs=0.1)
     assert part.time[-1] == pytest.approx(BOOT + 20.0, abs=0.1)

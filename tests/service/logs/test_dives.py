@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,6 @@ from tests.service.logs.dive import dive, refused
 DIVE = dive(40.0)
 SAID = link.in_order(link.parameters(), link.swum(DIVE))
 HALF = 20.0
-Writer = Callable[..., Path]
-WRITERS: dict[str, Writer] = {"tlog": link.as_tlog, "mcap": link.as_mcap, "BIN": link.as_dataflash}
 
 
 def halves(said: list[link.Said]) -> tuple[list[link.Said], list[link.Said]]:
@@ -41,14 +38,14 @@ def same(found: Recording, whole: Recording) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", WRITERS)
+@pytest.mark.parametrize("form", link.WRITERS)
 def test_parts_are_the_whole(tmp_path: Path, form: str) -> None:
     """By name and as a folder, in whatever order: parameters and arming of the first part hold in the second one."""
     folder = tmp_path / "parts"
     folder.mkdir()
-    whole = WRITERS[form](tmp_path / f"whole.{form}", SAID)
+    whole = link.WRITERS[form](tmp_path / f"whole.{form}", SAID)
     first, second = halves(SAID)
-    parts = [WRITERS[form](folder / f"{name}.{form}", said) for name, said in (("b", first), ("a", second))]
+    parts = [link.WRITERS[form](folder / f"{name}.{form}", said) for name, said in (("b", first), ("a", second))]
     (folder / "notes.txt").write_text("the second dive of the day\n", encoding="utf-8")
     reading = Reading()
     (wanted,) = reading.of_all([whole])

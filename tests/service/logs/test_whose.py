@@ -19,13 +19,12 @@ from tests.service.logs.dive import BOOT, VOLTS, Dive, dive, read
 
 DIVE = dive(20.0)
 IDLE = np.full((DIVE.time.size, 4), 1500.0)
-WRITERS = {"tlog": link.as_tlog, "mcap": link.as_mcap, "BIN": link.as_dataflash}
 HALF = 10.0
 """When something changes [s]."""
 
 
 def written(folder: Path, form: str, *parts: Any, **more: Any) -> Path:
-    return WRITERS[form](folder / f"dive.{form}", link.in_order(*parts), **more)
+    return link.WRITERS[form](folder / f"dive.{form}", link.in_order(*parts), **more)
 
 
 def same(recording: Recording, wanted: np.ndarray[Any, Any], after: float = 5.0, until: float = np.inf) -> None:
@@ -62,7 +61,7 @@ def test_a_second_bank_and_a_second_battery_are_topics_of_their_own(tmp_path: Pa
     assert not noted(other, "voltage is taken")
 
 
-@pytest.mark.parametrize("form", WRITERS)
+@pytest.mark.parametrize("form", link.WRITERS)
 def test_outputs_17_to_20_are_those_of_the_second_bank(tmp_path: Path, form: str) -> None:
     bank = [link.outputs(t, [1500, 1500, *row], port=1) for t, row in zip(DIVE.time, DIVE.pulses, strict=True)]
     same(read(written(tmp_path, form, on_outputs(19), link.swum(DIVE, IDLE), bank)), DIVE.torque)
