@@ -88,18 +88,13 @@ def run() -> Recording:
     return cut(leng.recording("T1", seed=7), 100.0)
 
 
-def send(session: zenoh.Session, keys: wire.Keys, recording: Recording, first: float, last: float) -> None:
-    """Sends part of a recording, in messages that carry five seconds of a stream; nothing is dropped."""
+def teach(session: zenoh.Session, keys: wire.Keys, seed: int, first: float, last: float) -> None:
+    """Sends part of Leng's first training run, in messages that carry five seconds of a stream; nothing is dropped."""
     for start in np.arange(first, last, 5.0).tolist():
-        for name, (t, value) in recording.streams().items():
+        for name, (t, value) in leng.recording("T1", seed).streams().items():
             part = (t >= start) & (t < min(start + 5.0, last))
             payload = wire.measurement(tuple(t[part].tolist()), tuple(value[part].tolist()))
             session.put(keys.stream(name), payload, congestion_control=zenoh.CongestionControl.BLOCK)
-
-
-def teach(session: zenoh.Session, keys: wire.Keys, seed: int, first: float, last: float) -> None:
-    """Sends part of Leng's first training run."""
-    send(session, keys, leng.recording("T1", seed), first, last)
 
 
 StartBench = Callable[..., Bench]

@@ -20,7 +20,7 @@ from service.wire import DampingReply
 from simulator.vehicles import planar
 from tests import worlds
 from tests.service.commands.test_processes import KEYS, client_after, command, endpoint, following, next_model, serving
-from tests.service.conftest import PATIENCE, StartBench, send
+from tests.service.conftest import PATIENCE, StartBench
 
 __all__ = ["endpoint"]
 
@@ -38,6 +38,15 @@ def told(seed: int = SEED) -> dict[str, object]:
     return {"vehicle__inertia": planar(seed).inertia, "learner__inputs": INPUTS}
 
 
+def send(session: zenoh.Session, recording: Recording, first: float, last: float) -> None:
+    """Part of a recording, in messages that carry five seconds of a stream; nothing is dropped."""
+    for start in np.arange(first, last, 5.0).tolist():
+        for name, (t, value) in recording.streams().items():
+            part = (t >= start) & (t < min(start + 5.0, last))
+            payload = wire.measurement(tuple(t[part].tolist()), tuple(value[part].tolist()))
+            session.put(KEYS.stream(name), payload, congestion_control=zenoh.CongestionControl.BLOCK)
+
+
 def asked(session: zenoh.Session, selector: str) -> DampingReply:
     (reply,) = list(session.get(selector, timeout=PATIENCE))
     assert reply.ok is not None, reply.err and reply.err.payload.to_string()
@@ -52,7 +61,7 @@ def test_a_process_learns_over_three_answers_for_two_and_comes_back_after_kill_9
     question = f"{KEYS.damping}?yaw_rate=0.1,-0.1;surge=0.4;sway=0.05,-0.05"
     with client_after(endpoint, tmp_path, *words) as (process, session, alive):
         models = following(session)
-        send(session, KEYS, run, 0.0, 140.0)
+        send(session, run, 0.0, 140.0)
         for _ in range(4):
             snapshot = next_model(models)
         assert snapshot.over is not None
