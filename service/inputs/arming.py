@@ -32,7 +32,8 @@ def arming_spans(time: Array, armed: Array) -> Spans:
 def says_armed(settings: Armed, values: Array) -> NDArray[np.bool_]:
     """Whether each of the values (n,) of the field says that the thrusters may turn."""
     if settings.bit is not None:
-        return np.asarray((np.nan_to_num(values).astype(np.int64) & settings.bit) != 0)
+        flags = np.where(np.abs(values) < MAX_WHOLE_NUMBER, values, 0.0).astype(np.int64)
+        return np.asarray((flags & settings.bit) != 0)
     if settings.equals is not None:
         return np.asarray(values == settings.equals)
     return np.asarray(np.nan_to_num(values) != 0.0)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.errors import BadInput
+from incsvr.free_run.integrator import free_run
 from incsvr.numerics import Array
+from incsvr.plant import Thruster, damping_moment, thruster_torque
 from incsvr.plant.attitude import Restoring
-from incsvr.plant.axes import AXES, BODY_YAW_RATE
+from incsvr.plant.axes import AXES
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
-from incsvr.plant.mass_and_coriolis import coriolis_force, coriolis_matrix, mass_matrix, rigid_body_mass
+from incsvr.plant.mass_and_coriolis import coriolis_force, coriolis_matrix, rigid_body_mass
 
 CENTRE = (0.3, -0.02, 0.1)
 
@@ -84,41 +85,38 @@ def test_the_parts_of_equation_5_add_up_to_what_the_whole_body_takes(axis: str) 
     np.testing.assert_allclose(outside + slope * velocity[:, own], np.sum(list(parts.values()), axis=0), atol=1e-9)
 
 
-def test_only_what_the_axis_equation_holds_is_asked_for() -> None:
-    diagonal = mass_matrix((2200.0, 2500.0, 0.0, 0.0, 0.0, 800.0))
-    sway = Coupled(AXES["sway"], diagonal, ("surge", "heading"))
-    assert (sway.velocities, sway.missing, sway.inertia) == (("surge",), ("yaw_rate",), 2500.0)
-    assert Coupled(AXES["heave"], diagonal, ()).missing == ("surge", "sway", "roll_rate", "pitch_rate")
+def test_thruster_moments_follow_the_papers_formula() -> None:
+    bow, stern = Thruster(lever=1.2, thrust=2e-3, inflow=-5e-3), Thruster(lever=-1.0, thrust=3e-3, inflow=-4e-3)
+    rotor = (np.array([100.0, -50.0, 0.0]), np.array([-80.0, 80.0, 20.0]))
+    water = (np.array([0.2, 0.1, 0.3]), np.array([-0.1, 0.0, 0.2]))
+    by_hand = [
+        1.2 * (2e-3 * 100 * 100 - 5e-3 * 0.2 * 100) - 1.0 * (-3e-3 * 80 * 80 - 4e-3 * -0.1 * 80),
+        1.2 * (-2e-3 * 50 * 50 - 5e-3 * 0.1 * 50) - 1.0 * (3e-3 * 80 * 80),
+        -1.0 * (3e-3 * 20 * 20 - 4e-3 * 0.2 * 20),
+    ]
+    np.testing.assert_allclose(thruster_torque((bow, stern), rotor, water), by_hand, rtol=1e-12)
 
 
-def test_only_angles_that_weight_and_buoyancy_answer_to_are_asked_for() -> None:
-    """Centres one above the other turn no vehicle about its upright axis; one ahead of the other does."""
-    above = Restoring(400.0, 400.0, (0.0, 0.0, 0.02), (0.0, 0.0, 0.0))
-    mass = mass_matrix((20.0, 25.0, 20.0, 0.5, 0.6, 0.7))
+def test_damping_moment_is_equation_5() -> None:
+    np.testing.assert_array_equal(damping_moment(np.array([10.0, -3.0]), np.array([0.02, 0.01]), 350.0), [3.0, -6.5])
 
-    def of(axis: str, weights: Restoring) -> Coupled:
-        return Coupled(AXES[axis], mass, ("surge", "roll"), weights)
 
-    assert of("yaw", above).streams == ("surge",)
-    assert (of("roll", above).angles, of("roll", above).missing[-1]) == (("roll",), "pitch")
-    assert of("surge", above).angles == ()
-    ahead = Restoring(400.0, 400.0, (0.05, 0.0, 0.02), (0.0, 0.0, 0.0))
-    assert (of("yaw", ahead).streams, of("yaw", ahead).missing) == (
-        ("surge", "roll"),
-        ("sway", "roll_rate", "pitch_rate", "pitch"),
+def test_a_free_run_with_linear_damping_decays_exponentially() -> None:
+    time = np.linspace(0.0, 3.0, 601, dtype=np.float64)
+    rate = free_run(time, np.zeros(601), 0.2, inertia=2.0, damping=lambda r: 3.0 * r)
+    np.testing.assert_allclose(rate, 0.2 * np.exp(-1.5 * time), rtol=1e-9)
+
+
+def test_a_free_run_settles_where_the_damping_balances_the_torque() -> None:
+    time = np.arange(0.0, 40.0, 0.5, dtype=np.float64)  # stamps coarser than the integration may be
+    rate = free_run(
+        time, np.full(time.size, 58.0), 0.0, inertia=350.0, damping=lambda r: 130.0 * r + 800.0 * r * abs(r)
     )
-    assert Coupled(AXES["sway"], mass, ("yaw_rate", "surge")).streams == ("surge", BODY_YAW_RATE)
+    assert abs(130.0 * rate[-1] + 800.0 * rate[-1] ** 2 - 58.0) < 1e-6
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ((1.0, 2.0, 3.0), "has 3 entries"),
-        ((1.0, 2.0, 3.0, 4.0, -5.0, 6.0), "no body"),
-        ((0.0,) * 6, "no body"),
-        (tuple(np.eye(6).ravel() + np.eye(6, k=1).ravel()), "symmetric"),
-    ],
-)
-def test_what_is_no_mass_matrix_is_refused(given: tuple[float, ...], said: str) -> None:
-    with pytest.raises(BadInput, match=said):
-        mass_matrix(given)
+def test_a_free_run_that_runs_away_says_so() -> None:
+    time = np.arange(0.0, 60.0, 0.1, dtype=np.float64)
+    rate = free_run(time, np.ones(time.size), 0.1, inertia=1.0, damping=lambda r: -2.0 * r)
+    assert np.isnan(rate[-1])
+    assert np.isfinite(rate[:20]).all()

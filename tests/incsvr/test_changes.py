@@ -42,17 +42,6 @@ def test_a_step_is_found_in_its_dive_and_is_the_norm_from_there() -> None:
     assert found.reference[:, 12:] == pytest.approx(1.3, rel=0.05)
 
 
-def test_a_change_is_seen_exactly_where_it_exceeds_the_smallest_that_would_have_been() -> None:
-    truth = np.ones((200, 10))
-    truth[:, 5:] = 1.08
-    estimate, error = dives(truth, 604)
-    found = compared(estimate, error, 4)
-    tested = np.isfinite(found.smallest)
-    apart = np.abs(estimate - found.reference)
-    assert 0 < found.changed.sum() < tested.sum()
-    assert (found.changed[tested] == (apart[tested] > found.smallest[tested])).all()
-
-
 def test_a_dive_without_the_quantity_is_passed_over() -> None:
     estimate, error = dives(np.ones((1, 10)), 603)
     estimate[0, 4] = np.nan

@@ -117,55 +117,6 @@ def test_once_the_clocks_agree_again_it_goes_on(cure: str, restarts: bool) -> No
         assert vehicle.synchroniser.clock_restarts == 1
 
 
-def test_a_sensor_that_is_restarted_again_and_again_is_followed_in_the_end() -> None:
-    vehicle = Vehicle()
-    vehicle.drive(100.0)
-    for begin in (100.0, 120.0, 150.0):
-        vehicle.drive(20.0, rate=lambda t, begin=begin: t - begin)  # type: ignore[misc]
-    vehicle.drive(20.0, rate=lambda t: t - 160.0, torque=lambda t: t - 155.0 + 1e6)
-    end = vehicle._time
-    assert_right(vehicle.drive(60.0, rate=lambda t: t - end, torque=lambda t: t - end), 60.0)
-
-
-def test_where_both_begin_anew_the_last_second_is_lost_at_most() -> None:
-    vehicle = Vehicle()
-    first = vehicle.drive(100.0)
-    second = vehicle.drive(100.0, rate=lambda t: t - 100.0, torque=lambda t: t - 100.0)
-    fresh = Vehicle().drive(100.0)
-    back = int(np.flatnonzero(np.diff(second.time) < 0.0)[0]) + 1 if (np.diff(second.time) < 0.0).any() else 0
-    assert len(first) + back == pytest.approx(100.0 / 0.6, abs=3)
-    np.testing.assert_array_equal(second.time[back:], fresh.time)
-
-
-def test_the_same_where_it_is_played_faster_than_it_is_taken_in() -> None:
-    """The streams overtake each other by half a minute all the time."""
-    synchroniser, parts, end = Synchroniser(SETTINGS), [], {RATE: 0.0, TORQUE: 0.0}
-    for k in range(1, 11):
-        for name, until in ((TORQUE, 60.0 * k), (RATE, 60.0 * k + 30.0)):
-            t = np.arange(end[name], until, 0.05, dtype=np.float64)
-            end[name] = until
-            synchroniser.push(name, t % 300.0, Vehicle._values(name, t % 300.0))
-            parts.append(synchroniser.ready())
-    samples = Samples.concatenate(parts)
-    assert_right(samples, 600.0)
-    assert synchroniser.clock_restarts == 1
-
-
-@pytest.mark.parametrize("ahead", [RATE, TORQUE])
-@pytest.mark.parametrize("offset", [3600.0, 1.764e9])
-def test_stamps_that_do_not_overlap_give_no_sample(ahead: str, offset: float) -> None:
-    vehicle = Vehicle()
-
-    def late(t: Array) -> Array:
-        return np.asarray(t + offset)
-
-    assert len(vehicle.drive(60.0, late if ahead == RATE else right, late if ahead == TORQUE else right)) == 0
-    readings = vehicle.synchroniser.readings
-    newest = {name: reading.newest or 0.0 for name, reading in readings.items()}
-    assert abs(newest[RATE] - newest[TORQUE]) == pytest.approx(offset)
-    assert_right(vehicle.drive(60.0, rate=lambda t: t + 2e9, torque=lambda t: t + 2e9), 60.0)
-
-
 @pytest.mark.parametrize("wrap", [2**32 / 1e6, 2**32 / 1e3])
 def test_a_counter_that_wraps_starts_over(wrap: float) -> None:
     begin = wrap - 100.0
@@ -182,24 +133,6 @@ def test_the_filter_follows_a_slow_stream(period: float, jitter: float, slow: st
     vehicle = Vehicle(**{slow: period})  # type: ignore[arg-type]
     assert_right(vehicle.drive(120.0, jitter=jitter), 120.0)
     assert vehicle.synchroniser.smoothing > SETTINGS.smoothing
-
-
-def test_a_gap_that_is_set_is_kept() -> None:
-    assert len(Vehicle(SignalSettings(gap=0.2), rotor=0.25).drive(60.0)) == 0
-    vehicle = Vehicle(SignalSettings(gap=0.2))
-    assert_right(vehicle.drive(60.0), 60.0)
-    assert vehicle.synchroniser.smoothing == SETTINGS.smoothing
-
-
-def test_a_stream_that_is_far_too_slow_gives_no_sample() -> None:
-    vehicle = Vehicle(rotor=1.0)
-    assert len(vehicle.drive(60.0)) == 0
-    assert vehicle.synchroniser.readings[TORQUE].longest == pytest.approx(1.0)
-
-
-def test_milliseconds_give_no_sample() -> None:
-    vehicle = Vehicle()
-    assert len(vehicle.drive(60.0, rate=lambda t: 1e3 * t, torque=lambda t: 1e3 * t)) == 0
 
 
 def test_a_stream_that_becomes_slow_is_followed_and_back() -> None:

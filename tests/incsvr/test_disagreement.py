@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.learning.disagreement import HORIZON_GROUPS, Disagreement
+from incsvr.learning.disagreement import Disagreement
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
@@ -44,16 +44,6 @@ def test_the_doubt_becomes_as_wide_as_the_error_that_shows(model: Model) -> None
     claimed = float(model.predict([0.1]).doubt[0]) / model.widening
     widths = [claimed * after(model, 6.0, seed=seed).widening for seed in range(10)]
     assert np.mean(widths) == pytest.approx(6.0, rel=0.25)
-
-
-def test_it_is_forgotten(model: Model) -> None:
-    found = after(model, 20.0)
-    assert found.groups == HORIZON_GROUPS
-    rng = np.random.default_rng(2)
-    for _ in range(40):
-        rate: Array = rng.uniform(-0.24, 0.24, 50)
-        found = with_batch(found, model, _samples(rate, drag(rate) + 4.0 * rng.normal(size=50)))
-    assert found.widening < 1.5
 
 
 def test_few_samples_and_rates_that_were_never_learned_say_nothing(model: Model) -> None:

@@ -9,7 +9,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from incsvr.effects import Effect, Signals, Term, candidates, catalogue
+from incsvr.effects import Effect, Signals, Term, candidates
 from incsvr.numerics import Array
 from incsvr.plant.words import AxisWords
 from incsvr.tracing.model import TracedModel
@@ -86,23 +86,6 @@ def test_the_catalogue_is_the_contracts_vocabulary() -> None:
 
 @pytest.mark.parametrize("effect", EVERY, ids=lambda effect: effect.key)
 class TestEveryEffect:
-    def test_what_it_takes_is_finite_and_one_run_sees_no_other(self, effect: Effect, signals: Signals) -> None:
-        term = model_with(effect, signals).terms[0]
-        second = signals.pieces(signals.runs()[1:])
-
-        def of(seen: Signals) -> Array:
-            if effect.acts == "thrust":
-                return effect.thrust(seen.torque, seen, term)
-            if effect.acts == "damping":
-                return effect.factor(seen, term)
-            return np.asarray(effect.columns(seen, term.inner, term.coefficients) @ np.array(term.coefficients))
-
-        if effect.acts != "inertia":
-            whole = of(signals)
-            assert whole.shape == (len(signals),)
-            assert np.all(np.isfinite(whole))
-            np.testing.assert_allclose(whole[signals.start[1] :], of(second), rtol=1e-9, atol=1e-9)
-
     def test_parameters_have_labels_and_survive_json(self, effect: Effect, signals: Signals) -> None:
         model = model_with(effect, signals)
         parameters = effect.parameters(model.terms[0], 350.0)
@@ -112,15 +95,6 @@ class TestEveryEffect:
         again = TracedModel.from_dict(model.to_dict())
         assert again.terms == model.terms
         np.testing.assert_array_equal(again.damping, model.damping)
-
-    def test_a_realistic_size_is_plausible(self, effect: Effect, signals: Signals) -> None:
-        assert effect.implausible(model_with(effect, signals).terms[0], signals) == ""
-
-    def test_an_absurd_size_is_not(self, effect: Effect, signals: Signals) -> None:
-        term = model_with(effect, signals).terms[0]
-        absurd = replace(term, coefficients=tuple(-1e6 * abs(c) - 1e6 for c in term.coefficients))
-        held = effect.fixed_coefficient or np.isfinite(effect.coefficient_bounds(signals)).all()
-        assert held or effect.implausible(absurd, signals) != ""
 
     def test_it_bounds_the_free_run_and_its_ledger_adds_up_to_the_command(
         self, effect: Effect, signals: Signals
@@ -136,28 +110,6 @@ class TestEveryEffect:
         left = (np.sum(list(parts.values()), axis=0) - seen.torque)[settled]
         assert list(parts) == ["declared inertia", "damping", effect.name]
         assert np.sqrt(np.mean(left**2)) < 1.5  # of a command of 95 N m
-
-
-def test_a_coupling_counts_from_zero_or_from_a_reference(signals: Signals) -> None:
-    winch = catalogue(["winch"])["coupling:winch"]
-    turned = replace(signals, channels={"winch": signals.channels["winch"] - 2.5})
-    ((zero,),) = winch.starts(turned)
-    assert zero == 0.0
-    np.testing.assert_array_equal(winch.columns(turned, (zero,), ()), -turned.channels["winch"][:, None])
-    assert winch.parameters(Term(winch.name, "", (3.0,), (zero,)), 350.0) == {"coefficient": 3.0}
-    ((mean,),) = winch.starts(signals)
-    assert mean == pytest.approx(2.0, abs=0.1)
-    # 3 (x − 2) + 1.5 is 3 (x − 1.5)
-    free = winch.parameters(Term(winch.name, "", (3.0, 1.5), (2.0,)), 350.0)
-    assert free == {"coefficient": 3.0, "reference": 1.5}
-
-
-def test_a_negative_delay_is_no_dead_time() -> None:
-    delay = catalogue()["torque_delay"]
-    late, ahead = (sentence(delay, {"delay_s": value}, {"delay_s": (value, value)}, 0.5) for value in (0.3, -0.3))
-    assert "dead time" in late
-    assert "dead time" not in ahead
-    assert "stamps are late" in ahead
 
 
 def test_a_template_names_only_words_that_there_are() -> None:

@@ -9,7 +9,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from incsvr.learning.excitation import torque_answers
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, synchronise
@@ -124,16 +123,6 @@ def test_turns_that_are_held_for_long_are_learned_each_at_its_rate(policy: Polic
     model = run(Settings(policy=policy), stream)[0].model
     true = leng.damping(np.array(held))
     assert (np.abs(model.predict(held).damping - true) <= np.maximum(0.1 * np.abs(true), 1.5 * WATER)).all()
-
-
-def test_the_loop_is_told_from_what_the_water_moves() -> None:
-    def undriven(stream: Samples) -> Samples:
-        return Samples.concatenate(iteration.undriven for iteration in run(Settings(), stream)[1])
-
-    assert torque_answers(undriven(holding()))
-    assert torque_answers(undriven(surveying()))
-    drifting = samples(lambda t: 0.0, 0.0, seconds=600.0, seed=5)
-    assert not torque_answers(undriven(drifting))
 
 
 @policies

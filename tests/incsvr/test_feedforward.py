@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.feedforward import Feedforward, Plan, feedforward
 from incsvr.effects import Signals, Term
-from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW
 from incsvr.plant.body import Coupled
@@ -96,15 +93,6 @@ def test_what_cannot_be_made_or_is_not_known_is_a_sentence() -> None:
     assert [remark.split()[0] for remark in clocked.remarks] == ["bias_drift"]
 
 
-def test_without_effects_it_is_inertia_and_damping_within_the_scatter_of_a_sample() -> None:
-    plan = Plan.of(np.array([0.0, 10.0]), np.array([0.0, 0.2]), None, {})
-    found = feedforward(plan, drag(plan.rate), np.full(plan.time.size, 0.5), INERTIA).at(np.array([5.0]))
-    assert found.torque[0] == pytest.approx(INERTIA * 0.02 + drag(np.array([0.1]))[0], rel=1e-3)
-    assert found.high[0] - found.low[0] == pytest.approx(2.0 * 1.96 * 0.5, rel=1e-4)
-    steady = replace(plan, time=np.zeros(1), rate=np.array([0.2]), acceleration=np.zeros(1))
-    assert feedforward(steady, drag(steady.rate), np.ones(1), INERTIA).torque[0] == drag(np.array([0.2]))[0]
-
-
 def test_in_a_body_the_other_velocities_and_the_attitude_take_their_part() -> None:
     mass = np.diag([60.0, 80.0, 75.0, 4.0, 12.0, INERTIA])
     mass[1, 5] = mass[5, 1] = 3.0
@@ -119,12 +107,3 @@ def test_in_a_body_the_other_velocities_and_the_attitude_take_their_part() -> No
     by_itself = answered(Term("bias_torque", "", (2.0,)), surge=surge, sway=sway)
     np.testing.assert_allclose(found.torque - by_itself.torque, found.body_part, atol=1e-9)
     assert np.ptp(found.body_part) > 2.0
-
-
-@pytest.mark.parametrize(
-    ("time", "rate", "names"),
-    [([0.0, 0.0], [0.0, 0.1], "must increase"), ([0.0, 1.0], [0.1], "2 times and rate 1 values")],
-)
-def test_a_plan_that_is_none_is_refused(time: list[float], rate: list[float], names: str) -> None:
-    with pytest.raises(BadInput, match=names):
-        Plan.of(np.array(time), np.array(rate), None, {})

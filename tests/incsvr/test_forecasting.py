@@ -3,33 +3,22 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from incsvr.compensation.effects_in_force import Compensation
-from incsvr.effects import Signals, Term, candidates
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Grid, Start, forecast
 from incsvr.forecasting.damping_tables import TABLE_NODES, Curve
-from incsvr.forecasting.effects_ahead import EffectsAhead
-from incsvr.forecasting.experience import HORIZONS_S, NORMAL_95_DEVIATIONS, UNTRIED_WIDENING, widening
-from incsvr.forecasting.free_runs import free_runs
-from incsvr.forecasting.other_influences import OtherInfluences
+from incsvr.forecasting.experience import HORIZONS_S, UNTRIED_WIDENING
 from incsvr.forecasting.propagation import propagate
 from incsvr.free_run.integrator import free_run
-from incsvr.free_run.several_velocities import free_run as free_run_among
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
-from incsvr.signals import SignalSettings, synchronise
-from incsvr.tracing.model import TracedModel
 from service.recordings import samples_from_recording
 from simulator import leng
-from tests import worlds
-from tests.planar import planar
 
 INERTIA, STEP = 24.0, 0.05
 
@@ -69,16 +58,6 @@ def test_the_deviations_are_those_of_many_runs_in_water() -> None:
         if k in (20, 100, 400):
             assert claimed.rate_sigma[k, 0] == pytest.approx(float(rate.std()), rel=0.06)
             assert claimed.heading_sigma[k, 0] == pytest.approx(float(heading.std()), rel=0.06)
-
-
-def test_an_interval_is_as_wide_as_95_of_100_errors_were() -> None:
-    errors = np.random.default_rng(2).permutation(np.linspace(0.0, 10.0, 101)[1:])
-    scores = np.column_stack((100.0 * np.arange(100), errors, 2.0 * errors))
-    assert widening(scores, 1.0) == pytest.approx((9.6 / NORMAL_95_DEVIATIONS, 19.2 / NORMAL_95_DEVIATIONS))
-    # A single batch tells of one day alone: its errors say less.
-    together = scores.copy()
-    together[:, 0] = 0.0
-    assert widening(together, 1.0)[0] > 3.0 * widening(scores, 1.0)[0]
 
 
 @cache
@@ -133,83 +112,3 @@ def test_what_cannot_be_forecast_is_refused() -> None:
             forecast(experience, model, leng.INERTIA, start, known, at, step=0.06, sample_period=0.6)
     with pytest.raises(BadInput, match="nothing was learned yet"):
         forecast(Experience(), model, leng.INERTIA, start, known, np.array([101.0]), step=0.06, sample_period=0.6)
-
-
-def test_a_pause_of_a_stream_parts_the_grid() -> None:
-    t: Array = np.concatenate((np.arange(0.0, 10.0, 0.02), np.arange(12.0, 20.0, 0.02)))
-    slower: Array = np.arange(0.0, 20.0, 0.04, dtype=np.float64)
-    grid = Grid.of((t, np.sin(t)), (slower, np.full(500, 3.0)), 0.12, 0.6, held=False)
-    parts = [grid.time[part] for part in grid.stretches()]
-    assert len(parts) == 2
-    assert parts[0][-1] == pytest.approx(10.0, abs=0.1)
-    assert parts[1][0] == pytest.approx(12.0, abs=0.1)
-    known = np.isfinite(grid.rate)
-    assert grid.rate[known] == pytest.approx(np.sin(grid.time[known]), abs=1e-3)
-    assert grid.torque[known] == pytest.approx(3.0)
-
-
-def test_a_command_that_holds_is_a_mean_of_steps() -> None:
-    quick: Array = np.arange(0.0, 3.0, 0.02, dtype=np.float64)
-    command = np.array([0.0, 1.0, 2.0, 3.0]), np.array([1.0, 5.0, -2.0, 0.0])
-    grid = Grid.of((quick, np.zeros(150)), command, 0.5, 1.0, held=True)
-    assert np.interp([0.5, 1.5, 2.5], grid.time, grid.torque) == pytest.approx([1.0, 5.0, -2.0])
-
-
-TERMS = {
-    "lag, dead zone and delay": (
-        Term("torque_lag", "moment", (0.4,)), Term("dead_zone", "shifted", (1.0,), (8.0,)),
-        Term("torque_delay", "", (0.3,)),
-    ),
-    "another inertia and a constant moment": (Term("inertia", "", (90.0,)), Term("bias_torque", "", (9.0,))),
-    "dry friction": (Term("coulomb", "sharp", (6.0,), (1e-3,)),),
-    "water that turns along": (Term("memory", "linear", (-120.0,), (0.1, 5.0)),),
-    "a current": (Term("heading_current", "1", (10.0, 5.0)),),
-    "damping by a channel": (Term("modulation:depth", "damping", (0.5,), (1.0,)),),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("terms", TERMS.values(), ids=TERMS)
-def test_with_effects_the_mean_is_that_of_the_traced_model(terms: tuple[Term, ...]) -> None:
-    _, model, grid = learned(300.0)
-    part = grid.part((grid.time > 200.0) & (grid.time < 260.0))
-    heading = part.step * np.cumsum(part.rate)
-    depth = 1.0 + np.sin(0.2 * part.time)
-    grid = replace(part, beside=OtherInfluences({"heading": heading, "depth": depth}))
-    rates = np.linspace(-0.5, 0.5, 2001)
-    known = {effect.key for effect in candidates(["depth"])}
-    terms = tuple(replace(t, variant=t.variant if f"{t.effect}/{t.variant}" in known else "") for t in terms)
-    traced = TracedModel(
-        leng.INERTIA, rates, model.predict(rates).damping, terms, 1.0, 0.3, 5.0, (grid.time[0], grid.time[-1])
-    )
-    first, steps = np.array([150, 200]), 300
-    rows = first + np.arange(steps + 1)[:, None]
-    ahead = EffectsAhead(Compensation.of(traced), grid)
-    runs = free_runs(model, leng.INERTIA, 0.25, grid, rows, grid.rate[first], 0.0, ahead)
-    mean = 0.5 * (grid.torque + np.append(grid.torque[1:], grid.torque[-1]))
-    signals = Signals(
-        grid.step, np.array([0, grid.time.size]), grid.time, grid.rate, mean, grid.beside.channels, heading,
-        inertia=leng.INERTIA,
-    )  # fmt: skip
-    _, exact = traced.simulate(signals, [slice(k, k + steps + 1) for k in first.tolist()])
-    _, without = replace(traced, terms=()).simulate(signals, [slice(k, k + steps + 1) for k in first.tolist()])
-    assert runs.rate.T.ravel() == pytest.approx(exact, abs=1e-3)
-    assert np.abs(without - exact).max() > 10.0 * np.abs(runs.rate.T.ravel() - exact).max()
-
-
-def test_among_other_velocities_the_mean_is_that_of_the_free_run() -> None:
-    run = worlds.planar(910104, 120.0)
-    inertia, streams = planar(910104).inertia, run.streams()
-    settings = Settings(policy="weighted", own="yaw_rate", others=("surge", "sway"))
-    signals = SignalSettings(inertia=inertia, channels=("surge", "sway"))
-    samples, _ = synchronise(signals, streams)
-    model = list(samples_from_recording.learn(samples, settings))[-1].model
-    bare = Grid.of(streams["yaw_rate"], streams["torque"], 0.12, 0.6, held=False)
-    grid = bare.among(streams, ("surge", "sway"), None, 0.12)
-    first, steps = int(np.searchsorted(grid.time, 40.0)), round(30.0 / grid.step)
-    rows = first + np.arange(steps + 1)[:, None]
-    runs = free_runs(model, inertia, 0.3, grid, rows, grid.rate[[first]], 0.0)
-    beside = np.column_stack([grid.beside.channels[name][rows[:, 0]] for name in ("surge", "sway")])
-    exact = free_run_among(
-        grid.time[rows[:, 0]], grid.torque[rows[:, 0]], float(grid.rate[first]), beside, None, inertia, model
-    )
-    assert runs.rate[:, 0] == pytest.approx(exact, abs=0.02 * float(np.ptp(exact)))

@@ -1,8 +1,7 @@
-"""Gyros that are stuck or clipped are refused; those that are coarse, at rest or held between samples are not."""
+"""Gyros that are clipped are refused; those that are coarse, at rest or held between samples are not."""
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -12,22 +11,11 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.tracing.gyro import check_gyro
 from service.recordings.recording_csv import read
-from simulator.plans import OPEN_LOOP
-from simulator.world import Outcome, play_together
-from tests.worlds import of_trial
-
-PLAYED = [(excitation, vehicle) for excitation in OPEN_LOOP for vehicle in ("leng", "small")]
-
-
-@cache
-def logs() -> dict[tuple[str, str], Outcome]:
-    """All excitations of both vehicles, played side by side."""
-    missions = [of_trial(3, (), vehicle, excitation, 300.0) for excitation, vehicle in PLAYED]
-    return dict(zip(PLAYED, play_together(missions), strict=True))
+from tests.worlds import trial
 
 
 def streams(excitation: str = "multisine", vehicle: str = "leng") -> tuple[Array, Array, Array]:
-    columns = logs()[excitation, vehicle].recording
+    columns = trial(3, (), vehicle, excitation, 150.0).recording
     turned, pushed = np.isfinite(columns.columns["yaw_rate"]), np.isfinite(columns.columns["torque"])
     time = columns.time[turned]
     torque = np.interp(time, columns.time[pushed], columns.columns["torque"][pushed])
@@ -36,19 +24,6 @@ def streams(excitation: str = "multisine", vehicle: str = "leng") -> tuple[Array
 
 def coarse(rate: Array, step: float) -> Array:
     return np.asarray(step * np.round(rate / step), dtype=np.float64)
-
-
-@pytest.mark.parametrize("step", [0.0, 1e-3])
-def test_a_stuck_gyro_is_named_from_when_to_when(step: float) -> None:
-    time, rate, torque = streams()
-    rate = coarse(rate, step) if step else rate
-    here = (time >= 100.0) & (time < 160.0)
-    stuck = np.where(here, rate[here][0], rate)
-    first, last = time[here][[0, -1]]
-    with pytest.raises(BadInput, match=f"is constant from {first:.6g} to {last:.6g} s .*check the gyro"):
-        check_gyro("run", time, stuck, torque)
-    # ten samples are no fault, whatever they hide
-    check_gyro("run", time, np.where((time >= 100.0) & (time < 100.5), rate[0], rate), torque)
 
 
 @pytest.mark.parametrize("sides", [(-0.6, 0.6), (-9.0, 0.6), (-0.6, 9.0)])
@@ -61,7 +36,7 @@ def test_a_clipped_gyro_is_named_with_its_limit(sides: tuple[float, float]) -> N
         check_gyro("run", time, np.asarray(np.clip(rate, limits[0], limits[1]), dtype=np.float64), torque)
 
 
-@pytest.mark.parametrize(("excitation", "vehicle"), PLAYED)
+@pytest.mark.parametrize(("excitation", "vehicle"), [("multisine", "leng"), ("steps", "small"), ("telegraph", "small")])
 def test_a_coarse_gyro_is_no_broken_one(excitation: str, vehicle: str) -> None:
     time, rate, torque = streams(excitation, vehicle)
     check_gyro("run", time, rate, torque)
@@ -71,7 +46,7 @@ def test_a_coarse_gyro_is_no_broken_one(excitation: str, vehicle: str) -> None:
 
 def test_a_vehicle_at_rest_and_a_stream_held_between_samples_are_sound() -> None:
     time, rate, torque = streams()
-    waiting = time < 100.0
+    waiting = time < 50.0
     check_gyro("run", time, np.where(waiting, 0.0, rate), np.where(waiting, 0.0, torque))
     held = rate[np.arange(rate.size) // 20 * 20]
     check_gyro("run", time, held, torque)

@@ -13,6 +13,7 @@ from incsvr.free_run.motions import held_motions
 from incsvr.free_run.output_error import identify
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
+from incsvr.signals.message_rates import slow_torque
 from incsvr.signals.samples import Samples
 from tests.worlds import ROV, slow
 
@@ -31,9 +32,9 @@ def error(samples: Samples) -> float:
 @pytest.mark.parametrize("every", [0.5, 0.2])
 @pytest.mark.parametrize("torque", [None, "commanded"])
 def test_a_slow_command_that_holds_gives_samples_that_are_right(every: float, torque: str | None) -> None:
-    streams = slow(4, every, duration=300.0).streams()
+    streams = slow(4, every, duration=160.0).streams()
     samples, _ = synchronise(replace(SETTINGS, torque=torque), streams)  # type: ignore[arg-type]
-    assert len(samples) > 400
+    assert len(samples) > 200
     assert abs(error(samples)) < 0.03
     assert np.max(np.abs(samples.damping - ROV.damping(samples.yaw_rate))) < 0.5
     assert resolution_fault(samples, SETTINGS.smoothing) is None
@@ -105,3 +106,34 @@ def test_a_torque_that_never_repeats_is_no_command_that_was_seen_to_hold() -> No
 def test_where_the_command_held_the_inertia_is_told_however_slowly_it_comes() -> None:
     estimate = identify(held_motions(slow(10, 0.5, duration=200.0).streams(), 0.5))
     assert abs(estimate.inertia - ROV.inertia) < 0.02
+
+
+TIME = np.arange(0.0, 200.0, 0.05, dtype=np.float64)
+
+
+def commanded(seed: int, longest: float = 2.0) -> tuple[Array, Array]:
+    """Instants and levels of a command."""
+    random = np.random.default_rng(seed)
+    at = np.cumsum(random.uniform(0.3, longest, 400))
+    return at[at < TIME[-1]], random.uniform(-1.0, 1.0, 400)[: np.count_nonzero(at < TIME[-1])]
+
+
+def turning(at: Array, levels: Array) -> Array:
+    """A yaw rate that follows the levels within a quarter of a second."""
+    command = levels[np.clip(np.searchsorted(at, TIME, side="right") - 1, 0, None)]
+    rate = np.zeros(TIME.size)
+    for k in range(1, TIME.size):
+        rate[k] = rate[k - 1] + 0.2 * (command[k - 1] - rate[k - 1])
+    return rate
+
+
+def test_what_is_sent_on_change_is_known_between() -> None:
+    at, levels = commanded(780101)
+    assert slow_torque((TIME, turning(at, levels)), (at, levels)) is None
+
+
+def test_noise_of_a_gyro_says_nothing_of_how_fast_a_vehicle_is() -> None:
+    """It changes from sample to sample: that asked for a torque at 501 Hz."""
+    noise = np.random.default_rng(780102).normal(0.0, 0.005, TIME.size)
+    told = np.random.default_rng(780103).uniform(-1.0, 1.0, TIME.size)
+    assert slow_torque((TIME, noise), (TIME, told)) is None

@@ -139,19 +139,6 @@ def test_a_batch_that_tells_nothing_new_trains_nothing() -> None:
     assert len(iteration.forgotten) == len(iteration.outliers) == len(iteration.new) == 0
 
 
-def test_samples_of_zero_weight_are_deleted() -> None:
-    # Twenty samples of one straight line inside the tube of 5 N m, and one far off: few can carry weight.
-    rate = np.linspace(-0.2, 0.2, 21)
-    damping = 30.0 * rate
-    damping[10] = 40.0
-    settings = Settings(policy="paper", epsilon=7.0)
-    state, iteration = step(settings, start(settings), Samples(np.linspace(0, 20, 21), rate, damping))
-    assert isinstance(state.memory, Memory)
-    assert 0 < len(state.memory.vectors) < 21
-    assert (np.abs(state.memory.weight) > 0.0).all()
-    assert len(iteration.new) == 21
-
-
 @pytest.mark.slow
 def test_eq_8_passes_from_the_warm_start_come_near_the_exact_model() -> None:
     samples = stream(4, 200)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from functools import cache
 
@@ -14,9 +13,7 @@ from incsvr.errors import BadInput
 from incsvr.learning import checked_learner, dual
 from incsvr.learning.kernel import rbf, rbf_at_rest
 from incsvr.learning.learner import Iteration, Settings, State, start, step
-from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several_velocities.drag import Drag
-from incsvr.learning.several_velocities.freeing import by_itself, streams_by_itself
 from incsvr.learning.several_velocities.surface import Several
 from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
 from incsvr.numerics import Array
@@ -25,7 +22,7 @@ from service.recordings.samples_from_recording import samples_of
 from simulator import leng
 from simulator.vehicles import Vehicle as Body
 from tests import worlds
-from tests.incsvr.learning import batches, rms, run, stream
+from tests.incsvr.learning import batches, rms, run
 from tests.planar import planar, yaw_damping
 
 OTHERS = ("surge", "sway")
@@ -61,19 +58,6 @@ def test_the_kernel_at_rest_is_the_gaussian_one_that_knows_the_origin(n: int) ->
     assert not rbf_at_rest(np.zeros((1, 3)), x, 10.0).any()
     low_rank = factor(x, 10.0, vanishing=True)
     np.testing.assert_allclose(low_rank.T @ low_rank, kernel, atol=1e-12)
-
-
-def test_the_exact_solver_certifies_its_solution_over_that_kernel() -> None:
-    rng = np.random.default_rng(2)
-    x = 0.3 * rng.normal(size=(110, 3))
-    y = 60.0 * x[:, 0] * np.abs(x[:, 1]) + 4.0 * rng.normal(size=110)
-    found = dual.solve(x, y, gamma=10.0, C=100.0, epsilon=0.1, vanishing=True)
-    assert found.certified_error < 1e-3
-    np.testing.assert_allclose(rbf_at_rest(x, x, 10.0) @ found.weight, found.fitted, atol=1e-8)
-    residual = y - found.fitted
-    outside, free = np.abs(residual) > 0.1 + 1e-6, np.abs(np.abs(residual) - 0.1) <= 1e-6
-    np.testing.assert_allclose(found.weight[outside], 100.0 * np.sign(residual[outside]), rtol=1e-9)
-    assert np.all(found.weight[~outside & ~free] == 0.0)
 
 
 @pytest.mark.parametrize(("C", "epsilon"), [(1000.0, 0.1), (5.0, 0.1), (0.3, 2.0)])
@@ -145,20 +129,6 @@ def test_where_nothing_was_driven_it_extrapolates_and_is_unsure() -> None:
     assert np.abs(said.damping[:2]).max() < 5.0 * np.abs(model.support_damping).max()
 
 
-def test_of_one_velocity_nothing_has_changed() -> None:
-    """No field is new in what is kept, further channels change no bit, and no further input is the default."""
-    state, iterations = run(Settings(), stream(7, 200))
-    channels = {"surge": np.linspace(0.0, 1.0, 200)}
-    beside, again = run(Settings(), replace(stream(7, 200), channels=channels))
-    assert state.to_dict() == beside.to_dict()
-    assert [each.model.to_dict() for each in iterations] == [each.model.to_dict() for each in again]
-    assert "several" not in json.dumps(state.to_dict())
-    assert "others" not in json.dumps(state.to_dict())
-    assert (
-        state.model.predict(0.1).damping == state.model.at(Samples(np.zeros(1), np.array([0.1]), np.zeros(1))).damping
-    )
-
-
 def test_samples_without_one_of_its_velocities_and_a_state_over_others_are_refused() -> None:
     samples = vehicle()[1].take(slice(0, 50))
     with pytest.raises(BadInput, match="a batch lacks sway"):
@@ -169,18 +139,6 @@ def test_samples_without_one_of_its_velocities_and_a_state_over_others_are_refus
     for settings in (Settings(), Settings(others=("surge",))):
         with pytest.raises(BadInput, match="learned over surge, sway"):
             step(settings, state, samples)
-
-
-def test_what_the_other_velocities_take_is_told_from_the_first_batch_on() -> None:
-    """Or a vehicle that Munk's moment turns would never seem to be damped, and nothing would be learned."""
-    body, samples, _ = vehicle()
-    first = samples.take(slice(0, 100))
-    nothing = Samples(np.empty(0), np.empty(0), np.empty(0), dict.fromkeys(OTHERS, np.empty(0)))
-    freed = by_itself(Settings(others=OTHERS), np.zeros(2), nothing, first, Noise.start((-0.25, 0.25)))
-    r, rest = first.yaw_rate, np.zeros(len(first))
-    own = yaw_damping(body, first.channels["surge"], rest, r, with_munk=False)
-    slope, raw, true = (float(y @ r) / float(r @ r) for y in (freed.damping, first.damping, own))
-    assert abs(slope - true) < 0.5 * abs(raw - true)
 
 
 def test_the_checks_see_a_torque_that_is_reversed_and_no_fault_in_sound_motion() -> None:
@@ -199,21 +157,3 @@ def test_the_checks_see_a_torque_that_is_reversed_and_no_fault_in_sound_motion()
         state, verdict, _ = checked_learner.learn(settings, known, state, batch)
         verdicts.append(verdict)
     assert not any(verdict.learn for verdict in verdicts[1:])
-
-
-def test_the_streams_of_the_axis_by_itself_keep_the_damping_at_the_usual_velocities() -> None:
-    state, _ = learned()
-    several = state.model.several
-    assert several is not None
-    time: Array = np.linspace(0.0, 60.0, 1201)
-    rate, surge, sway = 0.2 * np.sin(0.3 * time), 0.8 + 0.3 * np.sin(0.2 * time), 0.2 * np.cos(0.4 * time)
-    torque = state.model.over(np.column_stack((rate, surge, sway))).damping
-    known = (time < 20.0) | (time > 25.0)
-    streams = {"yaw_rate": (time, rate), "torque": (time, torque), "surge": (time, surge)}
-    alone = streams_by_itself(state.model, {**streams, "sway": (time[known], sway[known])})
-    at, left = alone["torque"]
-    assert not np.any((at > 20.0) & (at < 25.0))
-    assert left == pytest.approx(state.model.predict(np.interp(at, time, rate)).damping, abs=1e-9)
-    assert np.std(left) < 0.8 * np.std(torque)
-    with pytest.raises(BadInput, match="surge, sway"):
-        streams_by_itself(state.model, streams)

@@ -77,6 +77,7 @@ def test_thrust_that_is_lost_is_told_within_a_minute_and_so_is_its_return() -> N
     assert back.seen - (ONSET_S + FAULT_S) <= 60.0
 
 
+@pytest.mark.slow
 def test_of_quick_commands_the_loss_is_told_whole() -> None:
     """Forty commands a second of a quick controller: within 0.1 s the later ones answer what the first left over."""
     lost, *_ = found(*sailed(thrust=lost_for_a_while, hold=1, gain=15.0 * INERTIA))
@@ -103,28 +104,3 @@ def test_a_gyro_that_is_stuck_is_no_loss_of_thrust() -> None:
     (time, rate), torque = sailed()
     stuck = np.where(time < ONSET_S, rate, rate[np.searchsorted(time, ONSET_S)])
     assert found((time, stuck), torque) == []
-
-
-def test_cells_are_the_same_piece_by_piece_and_span_no_pause() -> None:
-    rate, torque = sailed()
-    whole = CommandCells.of(rate, torque, -np.inf, 60.0, held=True)
-    pieces = CommandCells.none()
-    for end in np.arange(10.0, 61.0, 10.0).tolist():
-        after = float(pieces.end[-1]) if len(pieces) else -np.inf
-        pieces = pieces.followed_by(CommandCells.of(rate, torque, after, end, held=True), 0.0)
-    np.testing.assert_array_equal(pieces.end, whole.end)
-    np.testing.assert_allclose(pieces.torque, whole.torque, atol=1e-9)
-    np.testing.assert_allclose(whole.torque, torque[1][: len(whole)], atol=1e-9)
-    kept = (rate[0] < 20.0) | (rate[0] > 30.0)
-    paused = CommandCells.of((rate[0][kept], rate[1][kept]), torque, -np.inf, 60.0, held=True)
-    assert not np.any((paused.end > 20.2) & (paused.end < 29.8))
-
-
-@pytest.mark.parametrize("period", [0.02, 0.05, 0.1])
-def test_each_command_has_a_cell_also_where_stamps_jitter(period: float) -> None:
-    time: Array = period * (np.arange(200) + np.random.default_rng(5).uniform(-0.08, 0.08, 200))
-    cells = CommandCells.of((time, np.sin(time)), (time, np.cos(time)), -np.inf, np.inf, held=True)
-    np.testing.assert_allclose(cells.torque, np.cos(time[:-1]))
-    seldom: Array = np.arange(0.0, time[-1], 0.1)
-    cells = CommandCells.of((seldom, np.sin(seldom)), (time, np.cos(time)), -np.inf, np.inf, held=True)
-    assert float(cells.length.min()) > 0.07  # between two values of the gyro nothing shows

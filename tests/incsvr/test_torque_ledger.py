@@ -10,7 +10,7 @@ import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.freeing import takes_torque as ledger
-from incsvr.effects import Signals, Term
+from incsvr.effects import Term
 from incsvr.numerics import Array
 from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
@@ -65,15 +65,6 @@ def test_the_samples_are_free_of_lag_and_bias() -> None:
     assert np.sqrt(np.mean(off_freed**2)) < 0.05 * np.sqrt(np.mean(off_plain**2))
 
 
-def test_without_effects_nothing_is_different() -> None:
-    streams = recording(3, 100.0).streams()
-    plain, _ = synchronise(leng.SIGNALS, streams)
-    none, _ = synchronise(leng.SIGNALS, streams, ledger(leng.SIGNALS, compensation()))
-    assert np.array_equal(plain.damping, none.damping)
-    assert not plain.parts
-    assert list(none.parts) == [DECLARED_INERTIA]
-
-
 def whole_run(seed: int) -> Mapping[str, tuple[Array, Array]]:
     run = recording(seed, 120.0)
     rate = np.nan_to_num(run.columns["yaw_rate"])
@@ -91,29 +82,6 @@ def test_the_parts_add_up_to_the_torque(received: bool) -> None:
     assert len(split) > 150
     torque = plain.damping + split.parts[DECLARED_INERTIA]
     np.testing.assert_allclose(split.damping + sum(split.parts.values()), torque, atol=1e-9)
-
-
-def test_it_agrees_with_the_traced_model() -> None:
-    """The same parts as `TracedModel.parts` gives over the whole recording at once; slow signals, so that smoothing
-    does nothing to them."""
-    time: Array = np.arange(0.0, 300.0, 0.02, dtype=np.float64)
-    rate, torque = 0.2 * np.sin(0.05 * time), 80.0 * np.sin(0.05 * time + 0.4)
-    heading = -4.0 * np.cos(0.05 * time) + 4.0
-    further = channels(time, heading)
-    terms = [each for each in EVERYTHING if each.effect != "unexplained:heading"]
-    model = compensation(*terms).model
-    s = Signals(
-        0.02, np.array([0, time.size]), time, rate, torque, further, heading, acceleration=np.gradient(rate, 0.02)
-    )
-    expected = model.parts(s)
-    settings = SignalSettings(channels=("heading", "sway", "voltage", "depth"))
-    streams = {name: (time, values) for name, values in {"yaw_rate": rate, "torque": torque, **further}.items()}
-    split, _ = synchronise(settings, streams, ledger(settings, Compensation.of(model)))
-    for name, part in split.parts.items():
-        if name == "modulation:depth":  # scales here what is left of the torque, there the model's damping
-            continue
-        off = part - np.interp(split.time, time, expected[name])
-        assert np.abs(off).max() < 0.1 * np.abs(expected[name]).max(), name
 
 
 @pytest.mark.parametrize(
@@ -177,11 +145,6 @@ def test_no_sample_is_made_where_a_channel_of_an_effect_is_missing() -> None:
     samples, _ = synchronise(settings, with_channels(run, {"sway": sway}).streams(), ledger(settings, effects))
     assert len(samples) > 0
     assert samples.time.max() < 40.0
-
-
-def test_a_heading_that_no_effect_looks_at_is_not_waited_for() -> None:
-    assert compensation(LAG_TERM).reads(("heading", "depth")) == ()
-    assert compensation(*EVERYTHING).reads(("heading", "depth", "roll_rate")) == ("heading", "depth")
 
 
 def test_what_refers_to_the_clock_of_its_recording_is_left_out() -> None:

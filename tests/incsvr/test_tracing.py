@@ -18,8 +18,12 @@ from incsvr.tracing.findings import Trace
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline
+from service.recordings.recording import from_streams
 from service.recordings.recording_csv import read
-from simulator.world import Outcome, play_together
+from simulator.mission import Mission
+from simulator.sensors import GYRO_NOISE, Sensor, schedule
+from simulator.vehicles import TURNING
+from simulator.world import Outcome, play, play_together
 from tests.worlds import as_run, of_trial, trial
 
 PUBLISHED = 1.125
@@ -184,6 +188,21 @@ def test_what_no_effect_explains_is_named_and_gains_nothing() -> None:
     assert found.effects == ()
     assert found.error["after"] == found.error["before"]
     assert headline(found) == "no known effect explains how the residual follows arm"
+
+
+@pytest.mark.slow
+def test_where_the_controller_has_another_gyro_nothing_is_sought_and_that_is_said() -> None:
+    """A survey whose log holds another gyro than the controller's, with nothing hidden."""
+    outcome = play(Mission(TURNING["auv"], "survey", 5, duration=600.0))
+    commands, other = outcome.recording.streams()["torque"], Sensor("yaw_rate", 10.0, GYRO_NOISE, phase=0.4)
+    samples = schedule(other, 600.0, np.random.default_rng(5))
+    rate = np.interp(samples.at, outcome.time, outcome.true("yaw_rate")) + samples.error
+    log = from_streams("survey", {"yaw_rate": (samples.stamps, rate), "torque": commands})
+    run = Run("survey", log.time, log.columns["yaw_rate"], log.columns["torque"])
+    found = trace([run], inertia=outcome.inertia)
+    assert found.effects == ()
+    assert found.verdict == "unexplained"
+    assert any("the controller reads another gyro" in note for note in found.notes)
 
 
 def rov(measured: Path, *numbers: int) -> list[Run]:

@@ -5,7 +5,9 @@ The messages are pymavlink's; each test says what is in them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import json
+import struct
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,11 +16,11 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 from pymavlink.dialects.v20 import ardupilotmega as link
 
-from tests.service.inputs.mavlink import ARMED, DISARMED, put
-from tests.service.logs.autopilot_files import Dataflash, tlog
+from tests.service.logs.autopilot_files import Dataflash
 from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, YAW, Dive
 
-SUBMARINE, BOAT = 12, 11
+SUBMARINE, STATION, BOAT, COMPANION = 12, 6, 11, 18
+ARMED, DISARMED = 209, 81
 Outputs = tuple[int, ...]
 
 
@@ -45,15 +47,15 @@ def parameters(at: float = 0.0, **over: float) -> list[Said]:
     return [parameter(at, name, value) for name, value in {**PARAMETERS, **over}.items()]
 
 
-def attitude(at: float, rate: float) -> Said:
-    stamp = round(1000 * (BOOT + at))
-    return Said(at + 0.01, link.MAVLink_attitude_message(stamp, 0.0, 0.0, 0.0, 0.0, 0.0, rate))
+def attitude(at: float, rate: float, boot: float = BOOT, yaw: float = 0.0) -> Said:
+    stamp = round(1000 * (boot + at))
+    return Said(at + 0.01, link.MAVLink_attitude_message(stamp, 0.0, 0.0, yaw, 0.0, 0.0, rate))
 
 
-def outputs(at: float, pulses: Sequence[float], port: int = 0) -> Said:
+def outputs(at: float, pulses: Sequence[float], port: int = 0, boot: float = BOOT) -> Said:
     """Up to sixteen outputs of a bank; the rest bear no pulse."""
     every = [*(int(pulse) for pulse in pulses), *[0] * (16 - len(pulses))]
-    stamp = (round(1e6 * (BOOT + at)) + 130 * port) % 2**32
+    stamp = (round(1e6 * (boot + at)) + 130 * port) % 2**32
     return Said(at + 0.012 + 0.001 * port, link.MAVLink_servo_output_raw_message(stamp, port, *every))
 
 
@@ -67,18 +69,30 @@ def pulses(dive: Dive, directions: Sequence[int]) -> np.ndarray[Any, np.dtype[np
     return np.round(1500.0 + np.outer(dive.command, 400.0 * np.array(YAW) * np.array(directions)))
 
 
-def swum(dive: Dive, told: Any = None, armed_from: float = 5.0, kind: int = SUBMARINE) -> list[Said]:
+def swum(
+    dive: Dive, told: Any = None, armed_from: float = 5.0, kind: int = SUBMARINE, boot: float = BOOT
+) -> list[Said]:
     """A dive as its autopilot tells it, without its parameters.
 
     Args:
         told: (n, k) its outputs, if they are not those of `Dive.pulses`.
+        boot: what its clock shows at first [s].
     """
     found: list[Said] = []
     for k, (t, rate, row) in enumerate(zip(dive.time, dive.rate, dive.pulses if told is None else told, strict=True)):
         if k == 0 or int(t) != int(dive.time[k - 1]):
             found += [heartbeat(t, t >= armed_from, kind), battery(t)]
-        found += [attitude(t, rate), outputs(t, row)]
+        found += [attitude(t, rate, boot), outputs(t, row, boot=boot)]
     return found
+
+
+def others(seconds: int) -> list[Said]:
+    """The heartbeats of a ground station and of a companion, which have the bit of arming, too."""
+    return [
+        replace(heartbeat(float(t), True, kind, 8), system=system, component=component)
+        for t in range(seconds)
+        for kind, system, component in ((STATION, 255, 190), (COMPANION, 1, 194))
+    ]
 
 
 def of(system: int, said: Iterable[Said]) -> list[Said]:
@@ -113,19 +127,43 @@ def _first_link(said: Said) -> bytes:
     return bytes([0xFE]) + head + payload + int(checksum).to_bytes(2, "little")
 
 
-def as_tlog(path: Path, said: Iterable[Said], first: bool = False) -> Path:
-    return tlog(path, list(packets(said, first)))
+def as_tlog(path: Path, said: Iterable[Said], first: bool = False, begin: float = EPOCH) -> Path:
+    """As a ground station writes it, whose clock shows `begin` at first [s since 1970]."""
+    stamped = (struct.pack(">Q", round(1e6 * (begin + at))) + packet for at, packet in packets(said, first))
+    path.write_bytes(b"".join(stamped))
+    return path
+
+
+def wire(message: Any) -> dict[str, Any]:
+    """The fields as they are after a link: packed, and decoded again."""
+    packed = message.pack(link.MAVLink(None))
+    return dict(link.MAVLink(None).decode(bytearray(packed)).to_dict())
+
+
+def as_key(said: Said, **over: Any) -> tuple[str, bytes]:
+    """Key and payload, as BlueOS's server publishes them; `over` says fields that JSON has in another form."""
+    fields = wire(said.message)
+    kind = fields.pop("mavpackettype")
+    if "type" in fields:
+        fields["mavtype"] = fields.pop("type")
+    if kind == "HEARTBEAT":
+        fields["base_mode"] = {"bits": said.message.base_mode}
+    if kind == "PARAM_VALUE":
+        fields["param_id"] = list(fields["param_id"].ljust(16, "\0"))
+    header = {"system_id": said.system, "component_id": said.component, "sequence": 17}
+    header["message_id"] = said.message.get_msgId()
+    content = {"header": header, "message": {"type": kind, **fields, **over}}
+    return f"mavlink/{said.system}/{said.component}/{kind}", json.dumps(content).encode()
 
 
 def as_keys(said: Iterable[Said]) -> list[tuple[str, bytes]]:
-    """Keys and payloads, as BlueOS's server publishes them."""
-    return [put(each.message, each.system, each.component, **_in_json(each.message)) for each in said]
+    return [as_key(each) for each in said]
 
 
-def _in_json(message: Any) -> dict[str, Any]:
-    if message.get_type() == "HEARTBEAT":
-        return {"base_mode": {"bits": message.base_mode}}
-    return {}
+def published(dive: Dive, first: float = 0.0, last: float = 1e9) -> list[tuple[str, bytes]]:
+    """What is on the bus of a vehicle that is armed between two times [s], others' heartbeats, too."""
+    said = in_order(swum(dive, armed_from=0.0), others(int(dive.time[-1]) + 1))
+    return as_keys(each for each in said if first <= each.at < last)
 
 
 def as_mcap(path: Path, said: Iterable[Said], finish: bool = True) -> Path:
@@ -200,3 +238,7 @@ def as_dataflash(
 
 def firmware(at: float, text: str) -> Said:
     return Said(at, link.MAVLink_statustext_message(6, text.encode()))
+
+
+WRITERS: dict[str, Callable[..., Path]] = {"tlog": as_tlog, "mcap": as_mcap, "BIN": as_dataflash}
+"""Suffix of a file → what writes it."""

@@ -12,14 +12,12 @@ import pytest
 import zenoh
 
 from incsvr.compensation.freeing import takes_torque
-from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, RESTORING
+from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA
 from incsvr.signals import synchronise
 from service import wire
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
-from service.commands.status import text
 from service.host.host import Host
 from service.host.worker_threads import WorkerThreads
 from service.recordings.recording import Recording, of_axis
@@ -119,43 +117,6 @@ def test_three_axes_hear_each_other_and_learn_each_its_own_damping(start: StartB
 
 
 @pytest.mark.slow
-def test_what_nothing_brings_is_zero_and_said_once(start: StartBench, run: Recording) -> None:
-    bench = start(**COMMON, prefix="rov/yaw", signals__channels=("surge",), health__stale_after=1000.0)
-    published = reports(bench, "yaw")
-    health = bench.health()
-    (note,) = health.reasons
-    assert health.level == "OK"
-    assert "it is not published: channel sway; publish it" in note
-    assert "Assumed zero in the mass matrix's terms" in text("rov/yaw", health, None)
-    surge = run.columns["surge"]
-    for start_of in np.arange(0, surge.size, 100).tolist():
-        part = slice(start_of, start_of + 100)
-        payload = wire.measurement(tuple(run.time[part].tolist()), tuple(surge[part].tolist()))
-        bench.session.put("rov/yaw/channel/surge", payload, congestion_control=zenoh.CongestionControl.BLOCK)
-    send(bench, run, ("yaw",))
-    batch = published.get(timeout=PATIENCE).batch
-    assert not np.any(batch.parts[CORIOLIS])  # a product of surge with a sway of zero
-    assert bench.health().reasons[-1] == note
-
-
-@pytest.mark.slow
-def test_the_state_of_a_body_is_no_other_bodys(start: StartBench, run: Recording, tmp_path: Path) -> None:
-    first = start(**THREE, state=tmp_path)
-    published = reports(first, "yaw")
-    send(first, run, AXES_HERE)
-    published.get(timeout=PATIENCE)
-    first.stop()
-    revision = first.host.node.served.revision
-    again = start(**THREE, state=tmp_path)
-    assert again.host.node.served.revision >= revision > 0
-    assert again.health().counters["iterations"] > 0
-    again.stop()
-    other = start(**{**THREE, "vehicle__mass_matrix": (MASS * 1.5).tolist()}, state=tmp_path)
-    assert other.host.node.served.revision == 0
-    assert any("was learned with inertia" in reason for reason in other.health().reasons)
-
-
-@pytest.mark.slow
 def test_a_recording_of_the_whole_vehicle_is_replayed_to_all_axes(tmp_path: Path) -> None:
     run, endpoint = whole_vehicle(910_001, 500), free_endpoint()
     write(tmp_path / "whole.csv", run)
@@ -169,28 +130,3 @@ def test_a_recording_of_the_whole_vehicle_is_replayed_to_all_axes(tmp_path: Path
         for host in hosts:
             assert host.node.batches.samples_seen > 35
             assert {stream.received for stream in host.watch.report(host.node).streams.values()} == {500}
-
-
-def test_weight_and_buoyancy_are_a_part_of_the_ledger() -> None:
-    """A centre of gravity ahead of that of buoyancy turns a vehicle that heels: −(x_g W − x_b B) cos θ sin φ."""
-    config = configured(
-        vehicle__mass_matrix=[0.0, 0.0, 0.0, 0.0, 0.0, 12.0],
-        vehicle__weight=300.0,
-        vehicle__centre_of_gravity=(0.1, 0.0, 0.0),
-        vehicle__rate_limit=5.0,
-        signals__channels=("roll",),
-    )
-    (learner,) = config.each()
-    coupled = learner.coupled()
-    assert learner.signals.channels == ("roll",)
-    assert coupled is not None
-    assert (coupled.streams, coupled.missing) == (("roll",), ("pitch",))
-    at: Array = 0.05 * np.arange(1200, dtype=np.float64)
-    rate, roll = 0.3 * np.sin(0.5 * at), 0.4 * np.sin(0.2 * at)
-    slow = slice(None, None, 10)  # roll comes at 2 Hz
-    torque = 12.0 * 0.15 * np.cos(0.5 * at) + 5.0 * rate - 30.0 * np.sin(roll)
-    streams = {"yaw_rate": (at, rate), "torque": (at, torque), "roll": (at[slow], roll[slow])}
-    settings = learner.signal_settings()
-    samples, _ = synchronise(settings, streams, takes_torque(settings, None, coupled))
-    np.testing.assert_allclose(samples.damping, 5.0 * samples.yaw_rate, atol=0.05)
-    np.testing.assert_allclose(samples.parts[RESTORING], -30.0 * np.sin(0.4 * np.sin(0.2 * samples.time)), atol=0.1)

@@ -6,17 +6,21 @@ import queue
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 import zenoh
 
+from incsvr.errors import BadInput
 from service import wire
-from service.bus.session import free_endpoint, open_session
-from tests.service.commands.test_processes import KEYS, client, client_after, command, serving
+from service.bus.session import client_config_at, free_endpoint, open_session
+from service.learner.duplicate_learner import take_prefix
+from tests.service.commands.test_processes import KEYS, client, client_after, command, following, serving
 from tests.service.conftest import PATIENCE, StartBench, teach
 
 
@@ -73,10 +77,7 @@ def a_client_that_asks_and_stops(endpoint: str) -> Iterator[None]:
 def test_a_client_that_asks_much_and_stops_holds_up_nobody(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with client_after(endpoint, tmp_path) as (process, session, alive):
-        models: queue.Queue[wire.ModelSnapshot] = queue.Queue()
-        session.declare_subscriber(
-            KEYS.model, lambda sample: models.put(wire.decode(wire.ModelSnapshot, sample.payload.to_bytes()))
-        )
+        models = following(session)
         teach(session, KEYS, 9, 0.0, 40.0)
         assert models.get(timeout=PATIENCE).revision == 1
         with a_client_that_asks_and_stops(endpoint):
@@ -131,3 +132,36 @@ def test_a_learner_that_comes_back_is_not_taken_for_another_one(tmp_path: Path) 
             with serving(free_endpoint(), tmp_path, *words):
                 assert "PUT" in alive.get(timeout=PATIENCE)
             assert "DELETE" in alive.get(timeout=PATIENCE)
+
+
+LEARNERS = 3
+
+
+def router(endpoint: str) -> zenoh.Config:
+    config = zenoh.Config.from_json5('{mode: "router", scouting: {multicast: {enabled: false}}}')
+    config.insert_json5("listen/endpoints", f'["{endpoint}"]')
+    return config
+
+
+@pytest.mark.slow
+def test_of_several_that_start_in_the_same_moment_exactly_one_stays() -> None:
+    endpoint, together = free_endpoint(), threading.Barrier(LEARNERS)
+
+    def come(session: zenoh.Session) -> object:
+        together.wait()
+        try:
+            return take_prefix(session, "leng/yaw", threading.Event(), hub=True)
+        except BadInput as refusal:
+            return str(refusal)
+
+    with open_session(router(endpoint)):
+        sessions = [open_session(client_config_at(endpoint)) for _ in range(LEARNERS)]
+        try:
+            with ThreadPoolExecutor(LEARNERS) as threads:
+                outcomes = list(threads.map(come, sessions))
+            refused = [outcome for outcome in outcomes if isinstance(outcome, str)]
+            assert len(refused) == LEARNERS - 1
+            assert all("another learner has the prefix leng/yaw" in sentence for sentence in refused)
+        finally:
+            for session in sessions:
+                session.close()  # type: ignore[no-untyped-call]

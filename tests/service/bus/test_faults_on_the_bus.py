@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import time
 from pathlib import Path
 
@@ -10,11 +11,20 @@ import pytest
 import zenoh
 
 from service import wire
+from service.bus.session import free_endpoint
 from service.recordings.recording import Recording
 from simulator import leng
 from simulator.messages import messages
 from tests.faults import with_faults
-from tests.service.conftest import PATIENCE, StartBench, cut
+from tests.service.commands.test_processes import (
+    KEYS,
+    client_after,
+    following,
+    next_model,
+    serving,
+    taken_until,
+)
+from tests.service.conftest import PATIENCE, StartBench, cut, teach
 
 
 def test_lost_messages_are_counted_by_their_numbers(start: StartBench) -> None:
@@ -83,22 +93,6 @@ def test_a_vehicle_whose_clock_begins_anew_is_followed(start: StartBench, run: R
     assert bench.health().counters["rejected:clock_restarted"] == 1
 
 
-def test_a_state_of_another_vehicle_is_refused_aloud(start: StartBench, run: Recording, tmp_path: Path) -> None:
-    first = start(state=tmp_path)
-    models = first.follow(first.keys.model, wire.ModelSnapshot)
-    first.play(run)
-    for _ in range(3):
-        models.get(timeout=PATIENCE)
-    first.stop()
-    other = start(state=tmp_path, vehicle__name="other")
-    _, error = other.get(other.keys.model)
-    assert error is not None
-    assert error.error_type == "NothingLearned"
-    health = other.health()
-    assert health.level == "WARN"
-    assert "was learned with vehicle leng, and now vehicle is other" in health.reasons[0]
-
-
 def test_what_is_rejected_is_said_once_a_second_at_most(start: StartBench, caplog: pytest.LogCaptureFixture) -> None:
     bench = start()
     changes = bench.follow(bench.keys.health, wire.Health)
@@ -113,3 +107,27 @@ def test_what_is_rejected_is_said_once_a_second_at_most(start: StartBench, caplo
     said = [record.getMessage() for record in caplog.records if "values rejected so far" in record.getMessage()]
     assert 1 <= len(said) <= 1 + (time.monotonic() - began)
     assert "'rejected:not_json': " in said[-1]
+
+
+@pytest.mark.slow
+def test_a_clean_restart_hears_again(tmp_path: Path) -> None:
+    """The clock of the yaw rate was believed to be far ahead, and was saved like this."""
+    endpoint = free_endpoint()
+    with client_after(endpoint, tmp_path) as (process, session, alive):
+        models = following(session)
+        teach(session, KEYS, 9, 0, 35)
+        next_model(models)
+        payload = wire.measurement(tuple(1e9 + 0.02 * k for k in range(50)), (0.1,) * 50)
+        session.put(KEYS.rate, payload, congestion_control=zenoh.CongestionControl.BLOCK)
+        taken_until(session, 34.9)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(PATIENCE) == 0
+        assert "DELETE" in alive.get(timeout=PATIENCE)
+        with serving(endpoint, tmp_path):
+            assert "PUT" in alive.get(timeout=PATIENCE)
+            teach(session, KEYS, 9, 35, 80)
+            model = next_model(models)
+            if model.revision == 1:
+                model = next_model(models)
+            assert model.revision == 2
+            assert 35.0 < model.t < 80.0

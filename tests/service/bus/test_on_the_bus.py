@@ -10,7 +10,7 @@ import pytest
 
 from incsvr.learning.model import Model
 from service import wire
-from service.recordings.recording import Recording, sequence
+from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from simulator import leng
 from tests.service.conftest import PATIENCE, StartBench, Taught, cut
@@ -54,7 +54,7 @@ def test_further_channels_are_kept_with_the_samples(start: StartBench, run: Reco
     bench = start(signals__channels=["depth"])
     reports = bench.follow(bench.keys.iteration, wire.IterationReport)
     with_depth = Recording(run.name, run.time, {**run.columns, "depth": 5.0 + 0.01 * run.time})
-    bench.play(with_depth, speed=50.0)
+    bench.play(with_depth)
     report = reports.get(timeout=PATIENCE)
     depth = np.array(report.batch.channels["depth"], dtype=float)
     np.testing.assert_allclose(depth, 5.0 + 0.01 * np.array(report.batch.time), atol=1e-6)
@@ -86,11 +86,3 @@ def test_the_learner_says_goodbye(start: StartBench) -> None:
     assert "PUT" in seen.get(timeout=PATIENCE)
     bench.stop()
     assert "DELETE" in seen.get(timeout=PATIENCE)
-
-
-def test_two_recordings_in_a_row_are_one_stream_of_batches(start: StartBench, run: Recording) -> None:
-    bench = start()
-    models = bench.follow(bench.keys.model, wire.ModelSnapshot)
-    bench.play(sequence([run, run]))
-    for number in range(1, 7):
-        assert models.get(timeout=PATIENCE).iteration == number

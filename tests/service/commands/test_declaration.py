@@ -79,16 +79,20 @@ def test_a_servos_pulse_is_no_torque(rov: Recording) -> None:
         judge_declaration([scaled(rov, 50.0, 1500.0)], [], 0.6, None, False)
 
 
+FURTHER: list[Callable[[], tuple[Recording, float]]] = [
+    lambda: (slow(5, 0.2), ROV.inertia),
+    *(lambda kind=kind: _mission(kind) for kind in ("transit", "waypoints", "station", "bursts", "one_sided")),
+    *(lambda effect=effect: _trial(effect) for effect in ("inertia", "torque_lag", "dead_zone")),
+]
+
+
 @pytest.mark.parametrize(
     "outcome",
     [
         lambda: (leng.recording("T1", 0), leng.INERTIA),
-        lambda: (slow(5, 0.2), ROV.inertia),
-        *(
-            lambda kind=kind: _mission(kind)
-            for kind in ("survey", "transit", "waypoints", "station", "bursts", "one_sided")
-        ),
-        *(lambda effect=effect: _trial(effect) for effect in ("inertia", "torque_delay", "torque_lag", "dead_zone")),
+        lambda: _mission("survey"),
+        lambda: _trial("torque_delay"),
+        *(pytest.param(outcome, marks=pytest.mark.slow) for outcome in FURTHER),
     ],
 )
 def test_of_what_is_declared_right_nothing_is_said(outcome: Callable[[], tuple[Recording, float]]) -> None:

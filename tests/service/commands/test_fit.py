@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.learning.learner import Settings
 from service.cli.command_line import main
 from service.config.sources import read
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
-from service.recordings.samples_from_recording import learn
 from simulator import leng
 from tests.worlds import planar
 
@@ -56,18 +54,6 @@ def test_the_leng_is_learned_from_files(
     assert result["validation"] == result["validation_per_iteration"][-1] | {
         "free_run_rmse": result["validation"]["free_run_rmse"]
     }
-
-
-@pytest.mark.slow
-def test_the_file_gives_the_models_of_the_samples(
-    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], configured: Path
-) -> None:
-    """Written to CSV, read and learned: to the last digit what the samples in memory give."""
-    result = fit(capsys, recorded["T1"], "--validate", recorded["V1"], "--config", configured, "--policy", "paper")
-    experiment = leng.experiment(0)
-    model = list(learn(experiment.T1, Settings(policy="paper")))[-1].model
-    residual = model.predict(experiment.V1.yaw_rate).damping - experiment.V1.damping
-    assert result["validation"]["mae"] == float(np.mean(np.abs(residual)))
 
 
 @pytest.mark.slow
@@ -120,24 +106,33 @@ def test_the_measured_vehicle(capsys: pytest.CaptureFixture[str], measured: Path
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["missing.csv"], "missing.csv: there is no such file"),
-        (["short.csv"], "damping samples, but one batch needs 50; give more or longer recordings"),
-        (["slow.csv"], "slow.csv: not one damping sample; it is shorter than"),
-        (["good.csv", "--inertia", "heavy"], "--inertia is heavy; give the moment of inertia in kg m²"),
-        (["good.csv", "--inertia", "-3"], "--inertia is -3; give the moment of inertia"),
-        (["good.csv", "--inertia", "nan"], "--inertia is nan; give the moment"),
-        (["degrees.csv"], "row 12: yaw_rate is 14.3, beyond the plausible ±6 rad/s; if it is in degrees"),
-        (["still.csv"], "zero in every sample; give recordings in which the vehicle turns"),
-        (["still.csv", "--inertia", "estimate"], "the inertia cannot be estimated: torque and yaw rate must change"),
-        (["good.csv", "--validate", "degrees.csv"], "degrees.csv, row 12: yaw_rate is 14.3"),
+        ("fit missing.csv --inertia 350", "missing.csv: there is no such file"),
+        ("fit short.csv --inertia 350", "damping samples, but one batch needs 50; give more or longer recordings"),
+        ("fit slow.csv --inertia 350", "slow.csv: not one damping sample; it is shorter than"),
+        ("fit good.csv --inertia heavy", "--inertia is heavy; give the moment of inertia in kg m²"),
+        ("fit good.csv --inertia -3", "--inertia is -3; give the moment of inertia"),
+        ("fit good.csv --inertia nan", "--inertia is nan; give the moment"),
+        (
+            "fit degrees.csv --inertia 350",
+            "row 12: yaw_rate is 14.3, beyond the plausible ±6 rad/s; if it is in degrees",
+        ),
+        ("fit still.csv --inertia 350", "zero in every sample; give recordings in which the vehicle turns"),
+        ("fit still.csv --inertia estimate", "the inertia cannot be estimated: torque and yaw rate must change"),
+        ("fit good.csv --inertia 350 --validate degrees.csv", "degrees.csv, row 12: yaw_rate is 14.3"),
+        ("trace nowhere.csv", "no such file"),
+        ("trace good.csv --inertia -3", "--inertia is -3; give the moment"),
+        ("tune", "give recordings to tune on"),
+        ("tune good.csv --simulated 1", "give recordings to tune on"),
+        ("tune good.csv", "the inertia is not known; give --inertia"),
+        ("tune good.csv --inertia -1", "give a number above 0"),
+        (
+            "tune good.csv --inertia 350 --write no/such/folder.yaml",
+            "name a file in a folder that is there with --write",
+        ),
     ],
 )
 def test_bad_input_is_one_sentence(
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    words: list[str],
-    message: str,
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, message: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     time = np.arange(0.0, 60.0, 0.05, dtype=np.float64)
@@ -153,18 +148,11 @@ def test_bad_input_is_one_sentence(
     ):
         columns = {"yaw_rate": column[:size], "torque": 50.0 * rate[:size]}
         write(Path(f"{name}.csv"), Recording(name, time[:size], columns))
-    assert main(["fit", *words, *(() if "--inertia" in words else ("--inertia", "350"))]) == 2
+    assert main(words.split()) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert message in captured.err
     assert captured.err.count("\n") == 1
-
-
-def test_an_inertia_of_another_vehicle_is_remarked(
-    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path]
-) -> None:
-    result = fit(capsys, recorded["T1"], "--inertia", "7000")
-    assert "declare the vehicle's own with --inertia" in result["remarks"][0]
 
 
 def test_an_inertia_that_leaves_nothing_to_learn_is_named(

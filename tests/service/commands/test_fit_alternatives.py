@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +10,9 @@ import numpy as np
 import pytest
 
 from service.cli.command_line import main
-from service.commands.fit_attempt import Terms
 from service.config.sources import read
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
-from service.recordings.samples_from_recording import signals_for
 from tests.worlds import slow
 
 
@@ -69,20 +66,3 @@ def test_what_was_tried_and_is_better_is_in_force_unless_a_person_set_another(
     assert found["validation"]["free_run_rmse"] < 0.97 * stays["validation"]["free_run_rmse"]
     written.write_text(f"signals: {{smoothing: {0.2 if setting == 'smoothing' else 0.6}, torque: measured}}\n")
     assert fit(capsys, logs, "--config", str(written))["settings"]["signals"][setting] == person
-
-
-def test_a_setting_of_a_person_stays_beside_another_kind_of_torque() -> None:
-    run = slow(4, 0.5, (0.8, 2.4), 100.0)
-    signals = replace(signals_for([run], 0.6, 6.0, "measured"), sample_period=0.777)
-    assert Terms().scaled([run], signals, "commanded").sample_period != 0.777
-    kept = Terms(by_person=frozenset({"sample_period"})).scaled([run], signals, "commanded")
-    assert (kept.sample_period, kept.torque) == (0.777, "commanded")
-
-
-@pytest.mark.slow
-def test_a_remark_that_leaves_nothing_to_do_is_not_printed(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """Nothing that can be set is better: the remark is about what can be recorded, or there is none."""
-    logs = quick(tmp_path, 0.2, (0.8, 2.4), 0.4)
-    remarks = fit(capsys, logs)["remarks"]
-    assert not any("tried without gain" in remark for remark in remarks)
-    assert all("; record the" in remark for remark in remarks if "too slow for this vehicle" in remark)

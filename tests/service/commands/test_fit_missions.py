@@ -18,8 +18,7 @@ from tests.service.commands.test_fit import fit
 from tests.worlds import ROV, mission, slow
 
 
-@pytest.mark.parametrize("policy", ["paper", "weighted"])
-@pytest.mark.parametrize("kind", ["station", "carried"])
+@pytest.mark.parametrize(("kind", "policy"), [("station", "paper"), ("carried", "weighted")])
 def test_too_little_motion_is_refused_with_its_figures_and_a_manoeuvre(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, kind: str, policy: str
 ) -> None:
@@ -81,7 +80,9 @@ def examine(every: float, torque: TorqueKind | None) -> tuple[Array, bool]:
     return 100.0 * off, any("the damping curve may be" in remark for remark in learned.remarks)
 
 
-@pytest.mark.parametrize(("every", "allowed"), [(0.5, 0.25), (0.2, 0.15), (0.1, 0.15)])
+@pytest.mark.parametrize(
+    ("every", "allowed"), [(0.5, 0.25), *(pytest.param(every, 0.15, marks=pytest.mark.slow) for every in (0.2, 0.1))]
+)
 def test_commands_that_come_slowly_are_learned_right(every: float, allowed: float) -> None:
     off, says = examine(every, None)
     assert np.abs(off).max() < 100.0 * allowed
@@ -94,25 +95,6 @@ def test_or_it_is_said_by_how_much_the_curve_may_be_off() -> None:
     assert says
 
 
-@pytest.mark.slow
-def test_other_settings_are_proposed_where_they_were_tried_and_found_better(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    """The remark's figures are those of the command that it proposes."""
-    path = tmp_path / "slow.csv"
-    write(path, slow(13, 0.5))
-    write(tmp_path / "unseen.csv", slow(14, 0.5))
-    words = (path, "--validate", tmp_path / "unseen.csv", "--inertia", "0.6")
-    plain = fit(capsys, *words, "--set", "signals.torque=measured", "--set", "signals.smoothing=1.5")
-    (remark,) = (each for each in plain["remarks"] if "the damping curve may be" in each)
-    better = fit(capsys, *words, "--set", "signals.torque=commanded")
-    gained = better["validation"]["free_run_rmse"], plain["validation"]["free_run_rmse"]
-    assert f"is {gained[1]:.3g} rad/s without and {gained[0]:.3g} rad/s with it" in remark
-    assert "; give --set signals.torque=commanded: the free run's error on unseen.csv" in remark
-    assert gained[0] < gained[1]
-    assert not any("the damping curve may be" in each for each in better["remarks"])
-
-
 def test_a_command_that_never_holds_is_the_reason_that_is_said(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -122,9 +104,3 @@ def test_a_command_that_never_holds_is_the_reason_that_is_said(
     said = capsys.readouterr().err.strip()
     assert "because the torque is declared a command" in said
     assert "without `signals.torque: commanded`" in said
-
-
-def test_where_the_held_windows_pass_over_some_rates_the_torque_stays_on_a_line() -> None:
-    """A pilot's bursts turn a small vehicle up within one window of a gyro at 10 Hz."""
-    bursts = mission("bursts", "rov", 780600, 400.0)
-    assert signals_for([bursts.recording], bursts.inertia, RATE_LIMIT).torque == "measured"

@@ -13,19 +13,16 @@ import pytest
 import incsvr
 from incsvr.errors import BadInput
 from incsvr.plant.axes import EFFORTS, VELOCITIES
-from incsvr.vehicle import Parameter, identify, on_grid
-from incsvr.vehicle.manoeuvres import manoeuvres
+from incsvr.vehicle import identify, on_grid
 from service.cli.command_line import main
 from service.commands.identify import declared_by_file
-from service.config.vehicle_file import read_vehicle, write_vehicle
+from service.config.vehicle_file import read_vehicle
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
 from simulator.vehicles import NAMES, torpedo
 from tests.viewer.test_report import Text
 from tests.worlds import swim
 from viewer.report.figures import number
-
-SURGE = ("surge", "surge_force")
 
 
 @pytest.fixture(scope="module")
@@ -69,10 +66,7 @@ def test_the_report_shows_parameters_errors_and_a_free_run_and_loads_nothing(div
     assert not report.loads
 
 
-@pytest.mark.parametrize("names", [("surge", "surge_force"), ("u", "thrust")])
-def test_a_log_of_one_axis_without_yaw_is_identified(
-    names: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_log_of_one_axis_without_yaw_is_identified(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rng = np.random.default_rng(52)
     time, force = np.arange(0.0, 120.0, 0.05), np.repeat(rng.choice([-40.0, -20.0, 0.0, 20.0, 40.0], 30), 80)
     surge = np.zeros(time.size)
@@ -83,15 +77,15 @@ def test_a_log_of_one_axis_without_yaw_is_identified(
         surge[k + 1] = u
     rows = np.column_stack([time, surge + rng.normal(0.0, 0.003, time.size), force])
     log = tmp_path / "ahead.csv"
-    np.savetxt(log, rows, delimiter=",", header=",".join(("t", *names)), comments="")
-    flags = [f"--column={own}={name}" for own, name in zip(SURGE, names, strict=True) if own != name]
-    assert main(["identify", str(log), *flags, "--json", "-"]) == 0
+    np.savetxt(log, rows, delimiter=",", header="t,u,thrust", comments="")
+    assert main(["identify", str(log), "--column=surge=u", "--column=surge_force=thrust", "--json", "-"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["axes"]["surge"]["identified"]
     assert found["axes"]["surge"]["inertia"] == pytest.approx(60.0, rel=0.03)
     assert found["axes"]["yaw"]["reason"].startswith("no yaw_rate was recorded")
 
 
+@pytest.mark.slow
 def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
     dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -111,6 +105,7 @@ def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
     assert warnings[0][1:] in report.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_an_inertia_at_the_bound_of_the_search_is_not_called_estimated(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -132,6 +127,7 @@ def test_an_inertia_at_the_bound_of_the_search_is_not_called_estimated(
     assert '<span class="flag">bound reached</span>' in page
 
 
+@pytest.mark.slow
 def test_velocities_over_ground_in_a_current_are_a_warning() -> None:
     log = dict(swim(torpedo(np.random.default_rng(201)), 200.0, 201, (0.1, -0.1)))
     (warning,) = identify(on_grid([log]), validate=False).warnings
@@ -165,13 +161,6 @@ def test_a_file_that_is_no_vehicle_is_refused_in_one_sentence(tmp_path: Path, te
     with pytest.raises(BadInput, match=str(path)) as refused:
         read_vehicle(path)
     assert "\n" not in str(refused.value)
-
-
-@pytest.mark.slow
-def test_it_is_a_call_in_python(dives: Path) -> None:
-    found = incsvr.identify(dives / "one.csv", validate=dives / "two.csv", name="torpedo")
-    assert found.to_dict()["vehicle"] == json.loads((dives / "found.json").read_text(encoding="utf-8"))["vehicle"]
-    assert "5 s ahead: model" in str(found)
 
 
 @pytest.mark.parametrize(
@@ -231,21 +220,20 @@ def test_a_wild_velocity_is_refused_with_its_time(
 
 
 @pytest.mark.parametrize(
-    ("command", "flags", "reason"),
+    ("words", "reason"),
     [
-        ("identify", ["--validate"], "data that was fitted proves nothing"),
-        ("compare", [], "a dive that counts twice makes changes look surer than they are"),
-        ("fit", ["--inertia", "40", "--validate"], "data that was fitted proves nothing"),
+        (["identify", "ONE", "--validate", "ONE"], "one.csv is given twice, and data that was fitted proves nothing"),
+        (["compare", "ONE", "ONE"], "a dive that counts twice makes changes look surer than they are"),
+        (["fit", "--inertia", "40", "ONE", "--validate", "ONE"], "data that was fitted proves nothing"),
+        (["compare", "ONE"], "at least two dives"),
     ],
 )
-def test_a_dive_that_is_given_twice_is_refused(
-    command: str, flags: list[str], reason: str, dives: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    one = str(dives / "one.csv")
-    assert main([command, one, *flags, one]) == 2
-    assert f"one.csv is given twice, and {reason}" in capsys.readouterr().err
+def test_one_dive_is_no_two(words: list[str], reason: str, dives: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(dives / "one.csv") if word == "ONE" else word for word in words]) == 2
+    assert reason in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path) -> None:
     body = torpedo(np.random.default_rng(53))
     more = np.where(np.arange(6) == 5, 1.3, 1.0)
@@ -288,6 +276,7 @@ def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path)
     assert main(["compare", str(history), "--report", str(report)]) == 2
 
 
+@pytest.mark.slow
 def test_without_a_change_it_says_which_change_the_dives_would_have_shown(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -330,27 +319,3 @@ def test_dives_of_a_boat_cannot_show_a_change_along_an_axis_without_actuator(
     assert "these dives cannot show a change of sway drag at 0.171 m/s: sway has no actuator" in text
     assert "these dives cannot show a change of yaw drag at 0.173 rad/s: its 95 % interval is wider" in text
     assert "no change proven" in text
-
-
-def test_advice_names_the_efforts_that_the_vehicle_has_and_an_export_repeats_it(
-    dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Without a sway actuator no cure is a sway effort."""
-    found = read_vehicle(dives / "vehicle.yaml")
-    unknown = {each: replace(p, origin="not excited") for each, p in found.terms.items()}
-    coupled = {**found.mass, ("sway", "yaw"): Parameter(1.0, -9.0, 9.0, "not excited")}
-    advice = manoeuvres(replace(found, driven=("surge", "yaw"), terms=unknown, mass=coupled))
-    assert len(advice) > len(unknown)
-    assert not [each for each in advice if "sway effort" in each or "sway speeds" in each or "move along" in each]
-    write_vehicle(tmp_path / "doubted.yaml", replace(found, doubts=advice))
-    for name in ("python", "json", "gazebo", "stonefish"):
-        assert main(["export", str(tmp_path / "doubted.yaml"), "--format", name]) == 0
-        said = capsys.readouterr().out
-        assert all(
-            each.replace("--", "\u2010\u2010" if name in ("gazebo", "stonefish") else "--") in said for each in advice
-        )
-
-
-def test_one_dive_is_nothing_to_compare(dives: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["compare", str(dives / "one.csv")]) == 2
-    assert "at least two dives" in capsys.readouterr().err

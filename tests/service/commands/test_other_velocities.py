@@ -14,12 +14,8 @@ from incsvr.plant.body import CORIOLIS, Coupled
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.signals import synchronise
 from service.cli.command_line import main
-from service.commands.other_velocities import coupled_axis
 from service.config.sources import read
-from service.live.tracing_answer import answer
-from service.recordings.recording import of_axis
 from service.recordings.recording_csv import write
-from service.recordings.samples_from_recording import signals_for
 from simulator import leng
 from tests.hidden import recording
 from tests.service.recordings.test_axes import CORIOLIS as SURGE_MASS
@@ -97,25 +93,6 @@ def test_a_trace_looks_at_what_the_body_leaves_of_the_force(
     capsys.readouterr()
     assert main(["fit", files[0], *unseen, "--inertia", "60", "--effects", trace]) == 2
     assert "traced with a mass matrix, and none is configured" in capsys.readouterr().err
-
-
-def test_live_tracing_looks_at_the_same(files: list[str]) -> None:
-    run = of_axis(vehicle(900_300), AXES["sway"])
-    body = coupled_axis(read(None, {"vehicle": {"axis": "sway", "mass_matrix": MATRIX}}), run.axis, [run])
-    assert body is not None
-    smoothing = signals_for([run], MASS, 20.0).smoothing
-    job = {
-        "work": "trace",
-        "inertia": MASS,
-        "axis": "sway",
-        "half": 75.0,
-        "body": body.to_dict(),
-        "smoothing": smoothing,
-    }
-    streams = {name: each for name, each in run.streams().items() if name in ("yaw_rate", "torque", *body.streams)}
-    found = answer(json.loads(json.dumps(job)), streams)
-    assert not [each["effect"] for each in found["effects"] if each["effect"].startswith("coriolis")]
-    assert not found["effects"]
 
 
 def test_what_a_fit_writes_serve_learns_on_with(

@@ -83,26 +83,6 @@ def test_an_inertia_that_is_far_too_small_has_a_report_of_one_file(
     assert 'src="http' not in page
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["nowhere.csv"], "no such file"),
-        (["--inertia", "-3"], "--inertia is -3; give the moment"),
-        (["--inertia", "inf"], "--inertia is inf; give the moment"),
-        (["--inertia", "nan"], "--inertia is nan; give the moment"),
-        (["--inertia", "heavy"], "--inertia is heavy; give the moment"),
-    ],
-)
-def test_faults_are_one_sentence(
-    recording: Path, arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = arguments if arguments[0].endswith(".csv") else [str(recording), *arguments]
-    assert main(["trace", *words]) == 2
-    error = capsys.readouterr().err
-    assert says in error
-    assert error.count("\n") == 1
-
-
 @pytest.mark.parametrize("validate", [[], ["--validate"]])
 def test_the_same_data_twice_is_refused_whatever_its_name(
     recording: Path, validate: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]

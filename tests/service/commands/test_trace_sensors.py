@@ -102,6 +102,7 @@ def test_a_compass_that_counts_clockwise_is_turned_and_noted(
     assert tether["parameters"]["stiffness_nm_per_rad"] == pytest.approx(0.35, rel=0.05)
 
 
+@pytest.mark.slow
 def test_commands_that_come_too_slowly_are_told_beside_whatever_is_found() -> None:
     late, quick = slow(14, 0.5), slow(14, 0.05)
     sensors = examine_sensors([late, quick], ROV.inertia)

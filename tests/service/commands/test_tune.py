@@ -76,23 +76,3 @@ def test_the_grid_follows_the_vehicle(runs: tuple[Path, Path], capsys: pytest.Ca
     assert max(map(len, lines)) <= 80
     assert sum("paper's" in line for line in lines) == 1
     assert np.argmax(["paper's" in line for line in lines]) == paper["rank"] + 4
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        ([], "give recordings to tune on"),
-        (["RUN", "--simulated", "1"], "give recordings to tune on"),
-        (["RUN"], "the inertia is not known; give --inertia"),
-        (["RUN", "--inertia", "-1"], "give a number above 0"),
-        (
-            ["RUN", "--inertia", "350", "--write", "no/such/folder.yaml"],
-            "name a file in a folder that is there with --write",
-        ),
-    ],
-)
-def test_bad_input_is_told(
-    words: list[str], sentence: str, runs: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["tune", *(str(runs[0]) if word == "RUN" else word for word in words)]) == 2
-    assert sentence in capsys.readouterr().err

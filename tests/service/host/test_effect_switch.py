@@ -96,6 +96,7 @@ def test_what_fails_in_the_middle_leaves_the_learner_as_it_was(failing: Recordin
     assert tried.batches.rejected == untouched.batches.rejected
 
 
+@pytest.mark.slow
 def test_where_the_recent_data_teach_nothing_the_learned_curve_stands(tmp_path: Path) -> None:
     """As while a heading is held: the effect comes into force beside the curve that was learned before."""
     write_trace(tmp_path / "trace.json")
@@ -118,6 +119,7 @@ def test_where_the_recent_data_teach_nothing_the_learned_curve_stands(tmp_path: 
     assert after.snapshot.revision == before.revision + 1
 
 
+@pytest.mark.slow
 def test_before_anything_is_learned_effects_come_into_force_and_the_first_model_holds_them(tmp_path: Path) -> None:
     write_trace(tmp_path / "trace.json")
     found = json.loads((tmp_path / "trace.json").read_text(encoding="utf-8"))

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from service.inputs.clocks import WRAP_S
 from service.inputs.input_mapper import InputMapper, MappedValues
 from service.inputs.settings import Inputs
-from tests.service.inputs import mavlink
+from tests.service import link
 from tests.service.logs.dive import BOOT, dive
 
 ANYTHING = st.recursive(
@@ -72,10 +72,10 @@ def test_a_stamp_of_zero_is_none(unset: range) -> None:
 def test_a_counter_of_32_bits_that_runs_over() -> None:
     hearing = InputMapper(Inputs(preset="blueos"))
     swim = dive(4.0, 10.0)
-    hearing.hear(*mavlink.parameters()[0], 0.0)
+    hearing.hear(*link.as_keys(link.parameters())[0], 0.0)
     for shift in (0.0, WRAP_S - BOOT - 2.0):
         times = []
-        for key, payload in mavlink.stream(swim):
+        for key, payload in link.published(swim):
             message = json.loads(payload)["message"]
             for name, unit in (("time_boot_ms", 1e3), ("time_usec", 1e6)):
                 if name in message:
@@ -90,27 +90,17 @@ def test_a_counter_of_32_bits_that_runs_over() -> None:
 
 def test_what_the_vehicle_tells_goes_before_the_configuration_and_alone_is_kept() -> None:
     hearing = mapping(preset="blueos", parameters={"FRAME_CONFIG": 1.0, "MOT_1_DIRECTION": 1.0})
-    hearing.hear(*mavlink.parameter("FRAME_CONFIG", 2.0), 0.0)
+    hear(hearing, "mavlink/1/1/PARAM_VALUE", 0.0, message={"param_id": "FRAME_CONFIG", "param_value": 2.0})
     assert hearing.parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": 1.0}
     assert hearing.told_parameters == {"FRAME_CONFIG": 2.0}
     corrected = Inputs.model_validate({"preset": "blueos", "parameters": {"MOT_1_DIRECTION": -1.0}})
     assert InputMapper(corrected, hearing.told_parameters).parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": -1.0}
 
 
-def test_thrusters_that_the_configuration_names_by_the_message() -> None:
-    each = [{"field": "servo3_raw", "arm": 0.2}]
-    hearing = mapping(preset="blueos", thrusters={"topic": "SERVO_OUTPUT_RAW", "command": "pwm", "each": each})
-    for key, payload in [*mavlink.stream(dive(1.0, 5.0)), mavlink.outputs(1.0, [1500, 1500, 1900, 1500])]:
-        heard = hearing.hear(key, payload, 0.0)
-    assert heard[0].t == pytest.approx([BOOT + 1.0])
-    assert heard[0].value == pytest.approx([0.2 * (4.53 + 5.25) / 2.0 * 9.80665])
-    assert not hearing.notices()
-
-
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300, "x", None])
 def test_a_parameter_that_is_none_changes_nothing(value: Any) -> None:
     hearing = InputMapper(Inputs(preset="blueos"))
-    for key, payload in mavlink.parameters() + mavlink.stream(dive(1.0, 5.0)):
+    for key, payload in link.as_keys(link.parameters()) + link.published(dive(1.0, 5.0)):
         hearing.hear(key, payload, 0.0)
     before, inputs = dict(hearing.parameters), hearing.inputs
     for name in ("SERVO1_FUNCTION", "FRAME_CONFIG", "MOT_1_DIRECTION"):
@@ -150,24 +140,12 @@ def test_a_voltage_that_nobody_tells_is_said() -> None:
         assert not hearing.notices()
 
 
-def test_speed_past_the_thrusters_is_taken_from_the_channel_surge() -> None:
-    thrusters = {"topic": "u", "command": "rad/s", "curve": "quadratic", "full": 0.02, "inflow": -0.03}
-    hearing = mapping(
-        yaw_rate={"topic": "r", "field": "v"},
-        thrusters={**thrusters, "each": [{"field": "w[0]", "arm": 0.5}, {"field": "w[1]", "arm": -0.5}]},
-        channels={"surge": {"topic": "speed"}},
-    )
-    hear(hearing, "r", 1.0, v=0.1)
-    hearing.hear("speed", b"0.5", 1.0)
-    heard = hear(hearing, "u", 1.0, w=[30.0, -20.0])
-    assert heard["torque"].value[0] == pytest.approx(0.5 * 0.02 * (900.0 + 400.0) - 0.5 * 0.03 * 0.5 * (30.0 - 20.0))
-
-
 @settings(max_examples=40)
+@example([("HEARTBEAT", 2.0**63)])
 @given(st.lists(st.tuples(st.sampled_from(("ATTITUDE", "SERVO_OUTPUT_RAW", "HEARTBEAT", "PARAM_VALUE")), ANYTHING)))
 def test_whatever_comes_nothing_is_raised(messages: list[tuple[str, Any]]) -> None:
     hearing = InputMapper(Inputs(preset="blueos"))
-    for key, payload in mavlink.stream(dive(1.0, 5.0)):
+    for key, payload in link.published(dive(1.0, 5.0)):
         hearing.hear(key, payload, 0.0)
     for kind, anything in messages:
         for message in (anything, {"message": dict.fromkeys(FIELDS, anything)}):

@@ -101,25 +101,6 @@ def test_and_from_what_a_bridge_announces(board: Board, swim: Dive) -> None:
     del tokens
 
 
-def test_topics_that_the_configuration_names(board: Board, swim: Dive) -> None:
-    """A topic as ROS calls it, in the other direction, in another unit, and an autopilot that is not armed at first."""
-    told = {"topic": "/fast/gyro", "form": "cdr:geometry_msgs/msg/Vector3Stamped", "unit": "deg/s", "sign": -1}
-    vessel = board({"preset": "ros2", "yaw_rate": told})
-    state = {"connected": True, "guided": False, "manual_input": True, "mode": "MANUAL", "system_status": 4}
-    gyro, status = "geometry_msgs/msg/Vector3Stamped", "mavros_msgs/msg/State"
-    messages = []
-    for k, (t, rate, torque) in enumerate(zip(swim.time[:600], swim.rate, swim.torque, strict=False)):
-        if k % 200 == 0:
-            messages.append((rmw("mavros/state", status), cdr(status, header=header(t), armed=k > 0, **state)))
-        turned = cdr(gyro, header=header(t), vector=vector(z=-np.degrees(rate)))
-        messages += [(rmw("fast/gyro", gyro), turned), (rmw("other/imu", IMU), imu(t, 0.0))]
-        messages.append((rmw("thrust", STAMPED), wrench_stamped(t, torque)))
-    health = vessel.send(messages, 600, "application/octet-stream")
-    assert health.streams["yaw_rate"].value == pytest.approx(swim.rate[599], abs=1e-9)
-    samples = vessel.health_when(lambda health: health.counters["samples"] >= 40).counters["samples"]
-    assert samples <= 50  # the first third was not armed
-
-
 @pytest.mark.parametrize("bridge", [False, True])
 def test_health_goes_out_as_diagnostics(board: Board, swim: Dive, bridge: bool) -> None:
     """As rmw_zenoh wants it: type hash, attachment and tokens; over a bridge the topic alone. rosbags reads it."""

@@ -18,8 +18,8 @@ from service.cli.command_line import main
 from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs
 from service.inputs.survey import Survey
+from tests.service import link
 from tests.service.conftest import PATIENCE
-from tests.service.inputs import mavlink
 from tests.service.logs.dive import Dive, dive
 
 SWIM = dive(30.0, 20.0)
@@ -30,7 +30,7 @@ def surveyed(stream: list[tuple[str, bytes]], **inputs: Any) -> dict[str, Any]:
     """What is said of messages that arrive as fast as they were sent."""
     survey = Survey(InputMapper(Inputs.model_validate({"preset": "blueos", **inputs})), LIMITS)
     arrival = 1_000.0
-    for key, payload in [*mavlink.parameters(), *stream]:
+    for key, payload in [*link.as_keys(link.parameters()), *stream]:
         arrival += 0.05 if key.endswith("ATTITUDE") else 0.0
         survey.hear(key, payload, arrival)
     return survey.summary()
@@ -39,13 +39,13 @@ def surveyed(stream: list[tuple[str, bytes]], **inputs: Any) -> dict[str, Any]:
 def with_heading(swim: Dive, sign: float = 1.0, factor: float = 1.0) -> list[tuple[str, bytes]]:
     """The same with a heading that turns as the vehicle does, and a yaw rate in another unit or direction."""
     yaw = np.cumsum(swim.rate) / 20.0
-    found = mavlink.stream(Dive(swim.time, sign * factor * swim.rate, swim.command))
+    found = link.published(Dive(swim.time, sign * factor * swim.rate, swim.command))
     turns = iter(zip(swim.time, swim.rate, (yaw + np.pi) % (2.0 * np.pi) - np.pi, strict=True))
     told = []
     for key, payload in found:
         if key.endswith("ATTITUDE"):
             t, rate, heading = next(turns)
-            key, payload = mavlink.attitude(t, sign * factor * rate, heading)
+            key, payload = link.as_key(link.attitude(t, sign * factor * rate, yaw=heading))
         told.append((key, payload))
     return told
 
@@ -117,7 +117,7 @@ def command(endpoint: str, *flags: str) -> list[str]:
 
 def test_the_command_says_what_is_missing(bus: tuple[str, zenoh.Session], capsys: pytest.CaptureFixture[str]) -> None:
     endpoint, session = bus
-    heard = [mavlink.heartbeat(mavlink.DISARMED), mavlink.attitude(1.0, 0.1)]
+    heard = link.as_keys([link.heartbeat(0.0, False), link.attitude(1.0, 0.1)])
     with repeating(session, heard):
         assert main(command(endpoint)) == 1
     shown = capsys.readouterr().out
@@ -138,12 +138,12 @@ def test_the_vehicle_is_asked_as_its_server_is(
         fields = said["message"]
         assert fields.pop("type") == "COMMAND_LONG"
         number = getattr(dialect, fields.pop("command")["type"])
-        asked.append(mavlink.wire(dialect.MAVLink_command_long_message(command=number, **fields)))
+        asked.append(link.wire(dialect.MAVLink_command_long_message(command=number, **fields)))
         result = dialect.MAVLink_command_ack_message(number, len(asked) - 1)  # accepted, then refused for a while
-        session.put(*mavlink.put(result, command={"type": "MAV_CMD_SET_MESSAGE_INTERVAL"}))
+        session.put(*link.as_key(link.Said(0.0, result), command={"type": "MAV_CMD_SET_MESSAGE_INTERVAL"}))
 
     session.declare_subscriber("mavlink/in", take)
-    heard = [mavlink.heartbeat(mavlink.ARMED), mavlink.attitude(1.0, 0.1), mavlink.outputs(1.0, [1500] * 4)]
+    heard = link.as_keys([link.heartbeat(0.0, True), link.attitude(1.0, 0.1), link.outputs(1.0, [1500] * 4)])
     with repeating(session, heard):
         assert main(command(endpoint, "--ask", "25", "--json", "-")) == 0
     said = json.loads(capsys.readouterr().out)
@@ -167,4 +167,4 @@ def test_what_cannot_be_asked(flags: tuple[str, ...], sentence: str, capsys: pyt
 
 def test_stamps_in_another_unit() -> None:
     told = {"yaw_rate": {"topic": "ATTITUDE", "field": "yawspeed", "stamp": "time_boot_ms"}}
-    assert "its stamps count milliseconds: set stamp_unit" in str(surveyed(mavlink.stream(SWIM), **told))
+    assert "its stamps count milliseconds: set stamp_unit" in str(surveyed(link.published(SWIM), **told))

@@ -54,7 +54,7 @@ def from_file(recording: Recording) -> list[bytes]:
     return snapshots
 
 
-@pytest.mark.parametrize("speed", [1.0, 50.0, 1e6])
+@pytest.mark.parametrize("speed", [pytest.param(1.0, marks=pytest.mark.slow), 50.0, 1e6])
 def test_played_at_any_speed_it_gives_the_same_bytes(
     start: StartBench, recording: Recording, from_file: list[bytes], speed: float
 ) -> None:

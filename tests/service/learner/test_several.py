@@ -15,13 +15,12 @@ import zenoh
 from incsvr.errors import BadInput
 from service import wire
 from service.config.sources import read
-from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
 from service.wire import DampingReply
 from tests import worlds
 from tests.planar import planar
 from tests.service.commands.test_processes import KEYS, client_after, command, endpoint, following, next_model, serving
-from tests.service.conftest import PATIENCE, StartBench, configured
+from tests.service.conftest import PATIENCE, StartBench
 
 __all__ = ["endpoint"]
 
@@ -128,23 +127,6 @@ def test_questions_over_several_velocities(start: StartBench, run: Recording) ->
     forecast = wire.decode(wire.ForecastReply, payload)
     assert forecast.rate[0] == forecast.measured
     assert forecast.rate_low[1] < forecast.rate[1] < forecast.rate_high[1]
-
-
-def test_a_learner_that_was_stopped_before_its_first_batch_goes_on(run: Recording) -> None:
-    config = configured(**told())
-    node = LearnerNode(config, boot="")
-    for name, (t, value) in run.streams().items():
-        node.push(name, t[t < 10.0], value[t < 10.0])
-    memory = json.loads(json.dumps(node.memory(whole=True)))
-    resumed = LearnerNode(config, boot="", memory=memory)
-    first: list[wire.ModelSnapshot] = []
-    for each in (node, resumed):
-        for name, (t, value) in run.streams().items():
-            each.push(name, t[t >= 10.0], value[t >= 10.0])
-        outcome = each.learn()
-        assert outcome is not None
-        first.append(outcome.snapshot)
-    assert first[0] == first[1]
 
 
 def test_samples_wait_for_the_further_velocities_and_what_lacks_one_is_counted(

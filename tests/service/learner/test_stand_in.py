@@ -102,24 +102,6 @@ def test_while_the_gyro_is_silent_the_models_own_rate_goes_out_until_it_is_back(
     bench.health_when(lambda health: not any("comes from the model" in reason for reason in health.reasons))
 
 
-@pytest.mark.slow
-def test_a_plan_is_forecast(start: StartBench) -> None:
-    bench = start()
-    _, refusal = bench.get(bench.keys.forecast)
-    assert refusal is not None
-    assert refusal.error_type == "NothingLearned"
-    teach(bench.session, bench.keys, SEED, 0.0, LOST)
-    bench.health_when(lambda health: health.iteration >= 3)
-    question = {"t": [0.0, 60.0], "torque": [40.0, 40.0], "at": [5.0, 60.0]}
-    payload, refusal = bench.get(bench.keys.forecast, json.dumps(question).encode())
-    assert refusal is None
-    reply = wire.decode(wire.ForecastReply, payload or b"")
-    # After a minute the torque is the damping: as the learner itself says.
-    damping, _ = bench.get(f"{bench.keys.damping}?rate={reply.rate[1]}")
-    assert wire.decode(wire.DampingReply, damping or b"").damping[0] == pytest.approx(40.0, abs=1.0)
-    assert reply.turned[1] - reply.turned[0] == pytest.approx(55.0 * reply.rate[1], rel=0.05)
-
-
 @pytest.mark.parametrize(
     ("plan", "sentence"),
     [

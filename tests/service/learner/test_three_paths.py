@@ -48,8 +48,17 @@ PLANTS = {
     "small": Plant(12.0, 6.0, 9.0, 10.0, (3.0, 8.0), 0.005),
     "large": Plant(4000.0, 600.0, 5000.0, 600.0, (8.0, 20.0), 0.001),
 }
-SEEDS = range(5)
-RATES_HZ = (5.0, 10.0, 20.0, 50.0)
+CASES = (
+    ("steps", "leng", 5.0, 0), ("steps", "leng", 50.0, 1), ("steps", "leng", 20.0, 2),
+    ("steps", "rov", 10.0, 1), ("steps", "rov", 50.0, 2), ("steps", "rov", 20.0, 3),
+    ("steps", "small", 5.0, 2), ("steps", "small", 10.0, 3), ("steps", "small", 50.0, 4),
+    ("steps", "large", 20.0, 3), ("steps", "large", 5.0, 4), ("steps", "large", 10.0, 0),
+    ("reversals", "rov", 10.0, 7), ("reversals", "large", 50.0, 7),
+    ("limit cycle", "leng", 10.0, 7), ("limit cycle", "rov", 50.0, 7),
+    ("disarmed", "small", 10.0, 7), ("disarmed", "large", 50.0, 7),
+)  # fmt: skip
+"""Kind of torque, vehicle, rate of the log [Hz], seed: steps of each vehicle at three rates and three seeds, of each
+rate with three vehicles. The filter of a log at 5 Hz is twice as slow as the rov: `fit` says so."""
 
 
 def commands(kind: str, plant: Plant, rng: np.random.Generator, t: Array) -> Array:
@@ -127,24 +136,10 @@ def test_clean_steps_are_learned_whole(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hertz", RATES_HZ)
-@pytest.mark.parametrize("name", PLANTS)
-def test_steps_of_four_vehicles(name: str, hertz: float, tmp_path: Path) -> None:
-    if (name, hertz) == ("rov", 5.0):
-        pytest.skip("the filter of a 5 Hz log is twice as slow as this vehicle: `fit` says so")
-    for seed in SEEDS:
-        path = sailed(tmp_path / "steps.csv", name, "steps", seed, hertz, 240.0)
-        learned_by_all(path, tmp_path, PLANTS[name].inertia)
-        (tmp_path / "written.yaml").unlink()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["reversals", "limit cycle", "disarmed"])
-@pytest.mark.parametrize("name", PLANTS)
-def test_torques_that_rest_in_other_ways(name: str, kind: str, tmp_path: Path) -> None:
-    for hertz in (10.0, 50.0):
-        learned_by_all(sailed(tmp_path / "run.csv", name, kind, 7, hertz, 240.0), tmp_path, PLANTS[name].inertia)
-        (tmp_path / "written.yaml").unlink()
+@pytest.mark.parametrize(("kind", "name", "hertz", "seed"), CASES)
+def test_torques_that_rest_between_steps(kind: str, name: str, hertz: float, seed: int, tmp_path: Path) -> None:
+    path = sailed(tmp_path / "run.csv", name, kind, seed, hertz, 240.0)
+    learned_by_all(path, tmp_path, PLANTS[name].inertia)
 
 
 MEASURED = {f"bluerov/run_{k:02d}": 1.125 for k in (3, 4, 5, 6, 7, 8, 9, 10, 12, 13, 14, 15)} | {
@@ -161,10 +156,9 @@ def test_measured_recordings(name: str, measured: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["leng", "small"])
-def test_the_same_over_a_real_bus(name: str, start: StartBench, tmp_path: Path) -> None:
-    path = sailed(tmp_path / "steps.csv", name, "reversals", 3, 50.0, 200.0)
-    count, config = learned_by_all(path, tmp_path, PLANTS[name].inertia)
+def test_the_same_over_a_real_bus(start: StartBench, tmp_path: Path) -> None:
+    path = sailed(tmp_path / "steps.csv", "small", "reversals", 3, 50.0, 200.0)
+    count, config = learned_by_all(path, tmp_path, PLANTS["small"].inertia)
     written = yaml.safe_load(config.read_text(encoding="utf-8"))
     sections = {part: values for part, values in written.items() if isinstance(values, dict)}
     settings = {f"{part}__{key}": value for part, values in sections.items() for key, value in values.items()}

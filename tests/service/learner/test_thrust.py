@@ -80,6 +80,7 @@ def settings() -> dict[str, Any]:
     return {name: getattr(known, name).model_dump(exclude_defaults=True) for name in ("vehicle", "signals", "learner")}
 
 
+@pytest.mark.slow
 def test_it_is_an_event_on_the_bus_and_health_tells_it(start: StartBench) -> None:
     bench = start(**settings())
     events: queue.Queue[wire.ThrustEvent] = bench.follow(bench.keys.event, wire.ThrustEvent)

@@ -1,22 +1,11 @@
-"""Files of autopilots by their specifications: telemetry with its stamps, and DataFlash."""
+"""DataFlash, the file of ArduPilot, by its specification."""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-
-from tests.service.logs.dive import EPOCH
-
-Packet = tuple[float, bytes]
-"""Arrival [s since the log began] and bytes of a message."""
-
-
-def tlog(path: Path, packets: Sequence[Packet], begin: float = EPOCH) -> Path:
-    content = b"".join(struct.pack(">Q", round(1e6 * (begin + t))) + packet for t, packet in packets)
-    path.write_bytes(content)
-    return path
 
 
 class Dataflash:

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 
 from incsvr.numerics import Array
+from service.cli.command_line import main
+from service.inputs.settings import Inputs
 from service.inputs.thrust import t200
+from service.logs.reading import LogDescription
+from service.recordings.reading import Reading
+from service.recordings.recording import Recording
 
 BOOT = 215.0
 """The vehicle's clock where the log begins [s]."""
@@ -62,3 +70,14 @@ PARAMETERS = {
     **{f"MOT_{k}_DIRECTION": float(direction) for k, direction in enumerate(DIRECTIONS, start=1)},
     **{f"SERVO{k}_FUNCTION": 32.0 + k for k in range(1, 9)},
 }
+
+
+def read(path: Path, *columns: str, learns: bool = True, **inputs: Any) -> Recording:
+    """The recording that a log of any format is, with these columns and inputs."""
+    return Reading(LogDescription(columns, Inputs.model_validate(inputs)), learns=learns).of_one(path)
+
+
+def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    """The sentence with which a command refuses these words."""
+    assert main(list(words)) == 2
+    return capsys.readouterr().err

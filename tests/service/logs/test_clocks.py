@@ -12,10 +12,9 @@ from incsvr.numerics import Array
 from service.inputs.clocks import Clock
 from service.recordings.recording import Recording
 from tests.service import link
-from tests.service.logs.dive import BOOT, EPOCH
-from tests.service.logs.test_middleware import DIVE, dive_bag, read
+from tests.service.logs.dive import BOOT, EPOCH, read
+from tests.service.logs.test_middleware import DIVE, dive_bag
 from tests.service.logs.test_whose import DIVE as SWUM
-from tests.service.logs.test_whose import read as read_vehicle
 from tests.service.logs.test_whose import written
 
 HALF = 4.0
@@ -70,9 +69,9 @@ def test_one_stamp_far_from_the_clock_gives_way_to_its_arrival(tmp_path: Path) -
 def test_messages_that_come_again_over_a_second_link_count_once(tmp_path: Path, form: str) -> None:
     first = link.in_order(link.parameters(), link.swum(SWUM, armed_from=0.0))
     again = [replace(each, at=each.at + LATE) for each in first if each.message.get_type() != "PARAM_VALUE"]
-    twice = read_vehicle(written(tmp_path, form, first, again)).streams()
+    twice = read(written(tmp_path, form, first, again)).streams()
     (tmp_path / "once").mkdir()
-    once = read_vehicle(written(tmp_path / "once", form, first)).streams()
+    once = read(written(tmp_path / "once", form, first)).streams()
     for name in ("yaw_rate", "torque"):
         for one, other in zip(once[name], twice[name], strict=True):
             np.testing.assert_allclose(other, one, atol=1e-6)
@@ -81,7 +80,7 @@ def test_messages_that_come_again_over_a_second_link_count_once(tmp_path: Path, 
 def test_what_came_late_after_an_outage_stands_where_it_was_measured(tmp_path: Path) -> None:
     first = link.in_order(link.parameters(), link.swum(SWUM, armed_from=0.0))
     late = [replace(each, at=12.0) if 8.0 < each.at < 12.0 else each for each in first]
-    held_up = read_vehicle(written(tmp_path, "tlog", late)).streams()["yaw_rate"]
+    held_up = read(written(tmp_path, "tlog", late)).streams()["yaw_rate"]
     np.testing.assert_allclose(held_up[0] - BOOT, SWUM.time, atol=1e-3)
     np.testing.assert_allclose(held_up[1], SWUM.rate, atol=1e-6)
 

@@ -14,10 +14,9 @@ from service.recordings.archive_reader import ArchiveReader
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read, write
 from tests.service import link
-from tests.service.logs.dive import BOOT, dive
+from tests.service.logs.dive import BOOT, dive, refused
 
 DIVE = dive(40.0)
-WRITERS = {"tlog": link.as_tlog, "mcap": link.as_mcap, "BIN": link.as_dataflash}
 SAID = link.in_order(link.parameters(), link.swum(DIVE))
 BEGIN = "22:13:20"
 """The time of day at which the logs begin: EPOCH, in UTC."""
@@ -41,15 +40,10 @@ def converted(folder: Path, *words: str) -> Recording:
     return read(out)
 
 
-def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    assert main(list(words)) == 2
-    return capsys.readouterr().err
-
-
-@pytest.mark.parametrize("form", WRITERS)
+@pytest.mark.parametrize("form", link.WRITERS)
 def test_a_cut_keeps_the_stamps_and_what_was_said_before_it(tmp_path: Path, form: str) -> None:
     """Parameters and arming were told before the cut, and hold in it."""
-    path = WRITERS[form](tmp_path / f"dive.{form}", SAID)
+    path = link.WRITERS[form](tmp_path / f"dive.{form}", SAID)
     whole = converted(tmp_path, str(path))
     cut = ("--from", f"{BOOT + 10}", "--to", f"{BOOT + 20}")
     part = converted(tmp_path, str(path), *cut)
@@ -67,7 +61,7 @@ def test_a_cut_keeps_the_stamps_and_what_was_said_before_it(tmp_path: Path, form
 
 @pytest.mark.parametrize("form", ["tlog", "mcap"])
 def test_a_time_of_day_is_the_walls(tmp_path: Path, form: str) -> None:
-    path = WRITERS[form](tmp_path / f"dive.{form}", SAID)
+    path = link.WRITERS[form](tmp_path / f"dive.{form}", SAID)
     part = converted(tmp_path, str(path), "--from", "22:13:30", "--to", "22:13:40")
     assert part.time[0] == pytest.approx(BOOT + 10.0, abs=0.1)
     assert part.time[-1] == pytest.approx(BOOT + 20.0, abs=0.1)
@@ -113,17 +107,6 @@ def test_what_is_wrong_outside_the_cut_does_not_matter(
     part = converted(tmp_path, str(own), "--from", "1")
     assert part.time[0] == 1.0
     assert part.columns["armed"][0] == 1.0
-
-
-def test_runs_that_a_cut_leaves_out_are_said(tmp_path: Path, own: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """One of two runs is over before the cut begins: the other one is taken, and unseen runs are never cut."""
-    short = tmp_path / "short.csv"
-    early = DIVE.time < 8.0
-    write(short, Recording("short", DIVE.time[early], {"yaw_rate": DIVE.rate[early], "torque": DIVE.torque[early]}))
-    out = tmp_path / "out.csv"
-    assert main(["convert", str(short), str(own), str(out), "--from", "10"]) == 0
-    assert "short.csv: --from 10 selects no data" in capsys.readouterr().out
-    assert read(out).time[0] == 10.0
 
 
 def test_an_archive_is_cut_by_when_its_messages_came() -> None:

@@ -10,10 +10,9 @@ from mcap.writer import Writer
 
 from incsvr.errors import BadInput
 from tests.service import link
-from tests.service.logs.dive import EPOCH
-from tests.service.logs.test_middleware import DIVE, dive_bag, read, same
+from tests.service.logs.dive import EPOCH, read
+from tests.service.logs.test_middleware import DIVE, dive_bag, same
 from tests.service.logs.test_whose import DIVE as SWUM
-from tests.service.logs.test_whose import read as read_vehicle
 from tests.service.logs.test_whose import written
 
 ATTITUDE = 30
@@ -61,14 +60,14 @@ def test_a_stamp_of_zero_is_none(tmp_path: Path, form: str, unset: range) -> Non
 
 def test_a_telemetry_log_counts_its_damaged_packets_and_where_it_ends(tmp_path: Path) -> None:
     path = written(tmp_path, "tlog", link.parameters(), link.swum(SWUM, armed_from=0.0))
-    whole = read_vehicle(path).streams()["yaw_rate"][0].size
+    whole = read(path).streams()["yaw_rate"][0].size
     content = bytearray(path.read_bytes())
     place = content.index(b"\xfd", len(content) // 2)
     while content[place + 7] != ATTITUDE:
         place = content.index(b"\xfd", place + 1)
     content[place + 15] ^= 0x55
     path.write_bytes(content[:-20])
-    recording = read_vehicle(path)
+    recording = read(path)
     assert recording.streams()["yaw_rate"][0].size == whole - 1
     assert any("1 of " in note and "messages of the link cannot be read" in note for note in recording.notes)
     assert any("bytes of the file belong to no whole message" in note for note in recording.notes)
@@ -76,12 +75,12 @@ def test_a_telemetry_log_counts_its_damaged_packets_and_where_it_ends(tmp_path: 
 
 def test_a_dataflash_log_counts_the_bytes_that_it_lost(tmp_path: Path) -> None:
     path = written(tmp_path, "BIN", link.parameters(), link.swum(SWUM))
-    whole = read_vehicle(path)
+    whole = read(path)
     assert not any("bytes" in note for note in whole.notes)
     content = bytearray(path.read_bytes())
     middle = content.index(b"\xa3\x95", len(content) // 2)
     path.write_bytes(content[:middle] + b"\x00" * 333 + content[middle:])
-    recording = read_vehicle(path)
+    recording = read(path)
     assert any("333 bytes of the file belong to no whole message" in note for note in recording.notes)
     lost = whole.streams()["yaw_rate"][0].size - recording.streams()["yaw_rate"][0].size
     assert 0 <= lost <= 1
@@ -90,7 +89,7 @@ def test_a_dataflash_log_counts_the_bytes_that_it_lost(tmp_path: Path) -> None:
 def test_messages_in_json_that_end_early_are_counted(tmp_path: Path) -> None:
     said = link.in_order(link.parameters(), link.swum(SWUM, armed_from=0.0))
     path = written(tmp_path, "mcap", said)
-    whole = read_vehicle(path).streams()["yaw_rate"][0].size
+    whole = read(path).streams()["yaw_rate"][0].size
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start()
@@ -101,6 +100,6 @@ def test_messages_in_json_that_end_early_are_counted(tmp_path: Path) -> None:
             short = payload[: len(payload) // 2] if k % 50 == 49 else payload
             writer.add_message(channels[key], round(1e9 * (EPOCH + each.at)), short, 0)
         writer.finish()  # type: ignore[no-untyped-call]
-    recording = read_vehicle(path)
+    recording = read(path)
     assert recording.streams()["yaw_rate"][0].size < whole
     assert any("ATTITUDE cannot be read and are left out" in note for note in recording.notes)

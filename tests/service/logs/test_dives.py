@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from service.cli.command_line import main
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
-from service.recordings.recording_csv import write
 from tests.service import link
-from tests.service.logs.dive import dive
+from tests.service.logs.dive import dive, refused
 
 DIVE = dive(40.0)
 SAID = link.in_order(link.parameters(), link.swum(DIVE))
 HALF = 20.0
-Writer = Callable[..., Path]
-WRITERS: dict[str, Writer] = {"tlog": link.as_tlog, "mcap": link.as_mcap, "BIN": link.as_dataflash}
 
 
 def halves(said: list[link.Said]) -> tuple[list[link.Said], list[link.Said]]:
@@ -42,20 +37,15 @@ def same(found: Recording, whole: Recording) -> None:
         np.testing.assert_array_equal(found.columns[name], values)
 
 
-def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    assert main(list(words)) == 2
-    return capsys.readouterr().err
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("form", WRITERS)
+@pytest.mark.parametrize("form", link.WRITERS)
 def test_parts_are_the_whole(tmp_path: Path, form: str) -> None:
     """By name and as a folder, in whatever order: parameters and arming of the first part hold in the second one."""
     folder = tmp_path / "parts"
     folder.mkdir()
-    whole = WRITERS[form](tmp_path / f"whole.{form}", SAID)
+    whole = link.WRITERS[form](tmp_path / f"whole.{form}", SAID)
     first, second = halves(SAID)
-    parts = [WRITERS[form](folder / f"{name}.{form}", said) for name, said in (("b", first), ("a", second))]
+    parts = [link.WRITERS[form](folder / f"{name}.{form}", said) for name, said in (("b", first), ("a", second))]
     (folder / "notes.txt").write_text("the second dive of the day\n", encoding="utf-8")
     reading = Reading()
     (wanted,) = reading.of_all([whole])
@@ -121,22 +111,3 @@ def test_a_folder_that_is_no_dive_says_why(tmp_path: Path, capsys: pytest.Captur
         assert "no file in this folder is a log" in refused(capsys, words[0], str(empty), *words[1:])
     both = [str(overlapping / name) for name in ("a.csv", "b.csv")]
     assert "are no parts of one dive" in refused(capsys, "inspect", *both)
-
-
-def test_a_part_of_a_dive_may_be_played_cut_and_converted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A cut is of the whole dive: where stamps count since 1970, its seconds count from the first part on."""
-    late = DIVE.time >= HALF
-    start = 1_700_000_000.0
-    parts = [
-        as_csv(tmp_path / "1.csv", ~late, start=start),
-        as_csv(tmp_path / "2.csv", late, start=start),
-    ]
-    out = tmp_path / "out.csv"
-    assert main(["convert", *map(str, parts), str(out), "--from", "15", "--to", "25"]) == 0
-    (found,) = Reading().of_all([out])
-    assert (found.time[0] - start, found.time[-1] - start) == (15.0, 25.0)
-    write(out, found)
-    assert main(["convert", *map(str, parts), str(out), "--from", "22:13:45"]) == 0
-    (found,) = Reading().of_all([out])
-    assert found.time[0] - start == 25.0
-    capsys.readouterr()

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from service.cli.command_line import main
-from service.inputs.quantities import intended_quantity
 from tests.service import link
-from tests.service.logs.dive import Dive, dive
+from tests.service.logs.dive import Dive, dive, refused
 from tests.service.logs.test_middleware import dive_bag
 
 DIVE = dive(40.0)
@@ -25,11 +24,6 @@ def table(path: Path, names: str = "t,yaw_rate,torque", rate: float = 1.0, torqu
     rows = zip(DIVE.time.tolist(), (rate * DIVE.rate).tolist(), (torque * DIVE.torque).tolist(), strict=True)
     path.write_text(f"{names}\n" + "".join(f"{t},{r},{tau}\n" for t, r, tau in rows), encoding="utf-8")
     return str(path)
-
-
-def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    assert main(list(words)) == 2
-    return capsys.readouterr().err
 
 
 def flags_in(sentence: str) -> list[str]:
@@ -123,27 +117,6 @@ def test_a_compressed_part_of_a_bag_says_what_to_give(tmp_path: Path, capsys: py
     assert "no file in this folder is a log that can be read here (bag_0.db3.zstd)" in refused(
         capsys, "inspect", str(tmp_path)
     )
-
-
-def test_a_configuration_of_inputs_alone_leaves_the_scales_to_the_recordings(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = str(link.as_tlog(tmp_path / "dive.tlog", link.in_order(link.parameters(), link.swum(DIVE))))
-    config = tmp_path / "inputs.yaml"
-    config.write_text("inputs: {preset: blueos}\n", encoding="utf-8")
-    results = []
-    for words in ([], ["--config", str(config)]):
-        assert main(["fit", path, "--inertia", "0.6", *words, "--json", "-"]) == 0
-        results.append(json.loads(capsys.readouterr().out))
-    assert results[0] == results[1]
-
-
-CHANNELS = "yaw_rate depth_2 voltage2 thruster_3_speed armed roll sway_force rpm other.yaw_rate"
-
-
-@pytest.mark.parametrize("name", CHANNELS.split())
-def test_further_channels_are_welcome(name: str) -> None:
-    assert intended_quantity(name, [name]) is None
 
 
 def test_inspect_sees_degrees_by_the_heading_beside_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,23 +20,16 @@ from rosbags.typesys import Stores, get_typestore
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from service.inputs.settings import Inputs
 from service.logs import open_any
 from service.logs.cdr import RosTypes
-from service.logs.reading import LogDescription
-from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from tests.service import link
-from tests.service.logs.dive import BOOT, EPOCH, dive
+from tests.service.logs.dive import BOOT, EPOCH, dive, read
 
 DIVE = dive(seconds=10.0)
 ROS2 = get_typestore(Stores.ROS2_JAZZY)
 ROS1 = get_typestore(Stores.ROS1_NOETIC)
 IMU, WRENCH = "sensor_msgs/msg/Imu", "geometry_msgs/msg/Wrench"
-
-
-def read(path: Path, *columns: str, learns: bool = True) -> Recording:
-    return Reading(LogDescription(columns, Inputs()), learns=learns).of_one(path)
 
 
 def same(recording: Recording, begin: float, torque: Array = DIVE.torque, late: float = 0.0) -> None:

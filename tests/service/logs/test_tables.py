@@ -11,11 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from incsvr.errors import BadInput
-from service.inputs.settings import Inputs
-from service.logs.reading import LogDescription
-from service.recordings.reading import Reading
 from service.recordings.recording import Recording
-from tests.service.logs.dive import dive
+from tests.service.logs.dive import dive, read
 
 DIVE = dive(seconds=10.0)
 
@@ -26,10 +23,6 @@ def rows(stamps: list[str], delimiter: str = ",", point: str = ".", scale: float
     for stamp, rate, torque in zip(stamps, DIVE.rate, DIVE.torque, strict=True):
         lines.append(delimiter.join([stamp, *(f"{x:.9f}".replace(".", point) for x in (scale * rate, torque))]))
     return "\n".join(lines) + "\n"
-
-
-def read(path: Path, *columns: str, learns: bool = True) -> Recording:
-    return Reading(LogDescription(columns, Inputs()), learns=learns).of_one(path)
 
 
 def same(recording: Recording, begin: float = 0.0, within: float = 1e-6) -> None:

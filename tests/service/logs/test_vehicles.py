@@ -3,30 +3,21 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from incsvr.errors import BadInput
-from service.inputs.settings import Inputs
 from service.logs import open_any
-from service.logs.reading import LogDescription
-from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from tests.service import link
-from tests.service.logs.autopilot_files import Packet, tlog
-from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, Dive, dive
+from tests.service.logs.dive import BOOT, EPOCH, Dive, dive, read
 
 DIVE = dive()
 ARMED_FROM = 5.0
 """When the pilot arms [s]."""
-
-
-def read(path: Path, *columns: str, learns: bool = True) -> Recording:
-    return Reading(LogDescription(columns, Inputs()), learns=learns).of_one(path)
 
 
 def same(recording: Recording, truth: Dive, begin: float, after: float = 0.0, within: float = 1e-3) -> None:
@@ -38,40 +29,14 @@ def same(recording: Recording, truth: Dive, begin: float, after: float = 0.0, wi
         np.testing.assert_allclose(got, values[kept], atol=close)
 
 
-def packed(vehicle: Any, message: Any) -> bytes:
-    return bytes(message.pack(vehicle))
-
-
-def telemetry(truth: Dive, *, boot: float = BOOT, two: bool = True, armed_from: float = ARMED_FROM) -> list[Packet]:
+def telemetry(truth: Dive, *, boot: float = BOOT, armed_from: float = ARMED_FROM) -> list[link.Said]:
     """What a ground station writes down: the autopilot, itself and a companion, whose heartbeats have bit 128, too."""
-    link, station, companion = (
-        mavlink.MAVLink(None, 1, 1),
-        mavlink.MAVLink(None, 255, 190),
-        mavlink.MAVLink(None, 1, 194),
-    )
-    packets: list[Packet] = []
-    for name, value in PARAMETERS.items():
-        message = mavlink.MAVLink_param_value_message(name.encode(), value, 9, len(PARAMETERS), 0)
-        packets.append((0.0, packed(link, message)))
-    for second in range(int(truth.time[-1]) + 1):
-        mode = 81 + (128 if second >= armed_from else 0)
-        packets.append((float(second), packed(link, mavlink.MAVLink_heartbeat_message(12, 3, mode, 19, 4, 3))))
-        packets.append((float(second), packed(station, mavlink.MAVLink_heartbeat_message(6, 8, 192, 0, 4, 3))))
-        packets.append((float(second), packed(companion, mavlink.MAVLink_heartbeat_message(18, 8, 128, 0, 3, 3))))
-        cells = [round(1000 * VOLTS), *[65535] * 9]
-        battery = mavlink.MAVLink_battery_status_message(0, 0, 0, 0, cells, 0, 0, 0, -1)
-        packets.append((float(second), packed(link, battery)))
-    for t, rate, pulses in zip(truth.time, truth.rate, truth.pulses, strict=True):
-        stamp = boot + t
-        attitude = mavlink.MAVLink_attitude_message(round(1000 * stamp) % 2**32, 0.0, 0.0, 0.0, 0.0, 0.0, rate)
-        outputs = [*map(int, pulses), 1500, 1500, 1500, 1500]
-        servo = mavlink.MAVLink_servo_output_raw_message(round(1e6 * stamp) % 2**32, 0, *outputs)
-        packets += [(t + 0.01, packed(link, attitude)), (t + 0.02, packed(link, servo))]
-    return sorted(packets, key=lambda packet: packet[0])
+    others = link.others(int(truth.time[-1]) + 1)
+    return link.in_order(link.parameters(), link.swum(truth, armed_from=armed_from, boot=boot), others)
 
 
 def test_a_telemetry_log(tmp_path: Path) -> None:
-    path = tlog(tmp_path / "dive.log", telemetry(DIVE))
+    path = link.as_tlog(tmp_path / "dive.log", telemetry(DIVE))
     counts = {topic.name: topic.count for topic in open_any(path).topics}
     assert counts["ATTITUDE"] == counts["SERVO_OUTPUT_RAW"] == DIVE.time.size
     assert counts["HEARTBEAT"] == counts["mavlink/255/190/HEARTBEAT"] == 30
@@ -82,32 +47,21 @@ def test_a_telemetry_log(tmp_path: Path) -> None:
 
 
 def test_only_the_autopilots_heartbeat_says_armed(tmp_path: Path) -> None:
-    path = tlog(tmp_path / "dive.tlog", telemetry(DIVE, armed_from=1e9))
+    path = link.as_tlog(tmp_path / "dive.tlog", telemetry(DIVE, armed_from=1e9))
     with pytest.raises(BadInput, match="the vehicle was never armed, so there is nothing to learn from"):
         read(path)
 
 
 def test_a_stamp_of_32_bits_runs_over_and_a_vehicle_starts_anew(tmp_path: Path) -> None:
     late = 2.0**32 * 1e-6 + 100.0  # servos' µs ran over 100 s ago, and do so never again here
-    same(read(tlog(tmp_path / "late.tlog", telemetry(DIVE, boot=late))), DIVE, late, ARMED_FROM)
+    same(read(link.as_tlog(tmp_path / "late.tlog", telemetry(DIVE, boot=late))), DIVE, late, ARMED_FROM)
     close = 2.0**32 * 1e-6 - 15.0  # and here in the midst of it
-    same(read(tlog(tmp_path / "close.tlog", telemetry(DIVE, boot=close))), DIVE, close, ARMED_FROM)
-    second = [(t + 100.0, packet) for t, packet in telemetry(DIVE, boot=20.0)]
-    both = read(tlog(tmp_path / "twice.tlog", [*telemetry(DIVE), *second]))
+    same(read(link.as_tlog(tmp_path / "close.tlog", telemetry(DIVE, boot=close))), DIVE, close, ARMED_FROM)
+    second = [replace(each, at=each.at + 100.0) for each in telemetry(DIVE, boot=20.0)]
+    both = read(link.as_tlog(tmp_path / "twice.tlog", [*telemetry(DIVE), *second]))
     time, _ = both.streams()["yaw_rate"]
     assert (np.diff(time) > 0.0).all()
     assert time[-1] - BOOT == pytest.approx(100.0 + DIVE.time[-1], abs=0.05)
-
-
-def test_damaged_packets_are_skipped(tmp_path: Path) -> None:
-    packets = telemetry(DIVE)
-    broken = [(t, packet[:-1] + b"\x00" if k % 50 == 7 else packet) for k, (t, packet) in enumerate(packets)]
-    path = tlog(tmp_path / "dive.tlog", broken)
-    content = path.read_bytes()
-    path.write_bytes(content[:5000] + b"\xfe\xfdnoise of a serial line" + content[5000:-3])
-    counts = {topic.name: topic.count for topic in open_any(path).topics}
-    assert 0.95 * DIVE.time.size < counts["ATTITUDE"] < DIVE.time.size
-    assert read(path).time.size
 
 
 def test_a_dataflash_log(tmp_path: Path) -> None:
@@ -171,9 +125,9 @@ def test_a_damaged_log_is_one_sentence(tmp_path: Path, begin: bytes) -> None:
 @pytest.mark.parametrize("set_at", [None, 20.0])
 def test_a_log_of_a_station_whose_clock_was_not_set_is_read(tmp_path: Path, set_at: float | None) -> None:
     """Its stamps begin in 1970; the vehicle's own clock carries the streams where the station's is set on the way."""
-    packets = telemetry(DIVE)
-    moved = [(t if set_at is None or t < set_at else t + EPOCH, packet) for t, packet in packets]
-    expected = read(tlog(tmp_path / "set.tlog", packets)).streams()
-    found = read(tlog(tmp_path / "1970.tlog", moved, begin=3.0)).streams()
+    said = telemetry(DIVE)
+    moved = [each if set_at is None or each.at < set_at else replace(each, at=each.at + EPOCH) for each in said]
+    expected = read(link.as_tlog(tmp_path / "set.tlog", said)).streams()
+    found = read(link.as_tlog(tmp_path / "1970.tlog", moved, begin=3.0)).streams()
     for name in ("yaw_rate", "torque"):
         np.testing.assert_allclose(found[name], expected[name], atol=1e-6)

@@ -12,27 +12,19 @@ import yaml
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from incsvr.errors import BadInput
-from service.inputs.settings import Inputs
 from service.logs import open_any
-from service.logs.reading import LogDescription
-from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from tests.service import link
-from tests.service.logs.dive import BOOT, VOLTS, Dive, dive
+from tests.service.logs.dive import BOOT, VOLTS, Dive, dive, read
 
 DIVE = dive(20.0)
 IDLE = np.full((DIVE.time.size, 4), 1500.0)
-WRITERS = {"tlog": link.as_tlog, "mcap": link.as_mcap, "BIN": link.as_dataflash}
 HALF = 10.0
 """When something changes [s]."""
 
 
-def read(path: Path, *columns: str, learns: bool = True, **inputs: Any) -> Recording:
-    return Reading(LogDescription(columns, Inputs.model_validate(inputs)), learns=learns).of_one(path)
-
-
 def written(folder: Path, form: str, *parts: Any, **more: Any) -> Path:
-    return WRITERS[form](folder / f"dive.{form}", link.in_order(*parts), **more)
+    return link.WRITERS[form](folder / f"dive.{form}", link.in_order(*parts), **more)
 
 
 def same(recording: Recording, wanted: np.ndarray[Any, Any], after: float = 5.0, until: float = np.inf) -> None:
@@ -69,7 +61,7 @@ def test_a_second_bank_and_a_second_battery_are_topics_of_their_own(tmp_path: Pa
     assert not noted(other, "voltage is taken")
 
 
-@pytest.mark.parametrize("form", WRITERS)
+@pytest.mark.parametrize("form", link.WRITERS)
 def test_outputs_17_to_20_are_those_of_the_second_bank(tmp_path: Path, form: str) -> None:
     bank = [link.outputs(t, [1500, 1500, *row], port=1) for t, row in zip(DIVE.time, DIVE.pulses, strict=True)]
     same(read(written(tmp_path, form, on_outputs(19), link.swum(DIVE, IDLE), bank)), DIVE.torque)
@@ -137,27 +129,6 @@ def test_parameters_of_a_vehicle_that_sends_no_yaw_rate_are_its_own(tmp_path: Pa
     recording = read(written(tmp_path, "tlog", link.parameters(), link.swum(DIVE), told))
     same(recording, DIVE.torque)
     assert noted(recording, "vehicle 1 is used, the only one that sends its yaw rate")
-
-
-@pytest.mark.parametrize("form", WRITERS)
-def test_a_parameter_counts_from_when_it_was_received(tmp_path: Path, form: str) -> None:
-    """Directions and outputs of motors change; the first value counts before, too."""
-    late = (DIVE.time >= HALF)[:, None]
-    before = link.pulses(DIVE, (1, 1, 1, 1))[:, [1, 0, 2, 3]]
-    told = np.where(late, DIVE.pulses, before)
-    early = link.parameters(
-        at=7.0, MOT_1_DIRECTION=1.0, MOT_2_DIRECTION=1.0, SERVO1_FUNCTION=34.0, SERVO2_FUNCTION=33.0
-    )
-    changes = {"MOT_1_DIRECTION": -1.0, "MOT_2_DIRECTION": -1.0, "SERVO1_FUNCTION": 33.0, "SERVO2_FUNCTION": 34.0}
-    changed = [link.parameter(HALF - 0.001, name, value) for name, value in changes.items()]
-    recording = read(written(tmp_path, form, early, link.swum(DIVE, told), changed))
-    same(recording, DIVE.torque)
-    assert noted(
-        recording,
-        "parameters changed during the log",
-        "MOT_1_DIRECTION -1 (1 before)",
-        "SERVO2_FUNCTION 34 (33 before)",
-    )
 
 
 def test_from_where_the_thrusters_are_not_known_nothing_is_learned(tmp_path: Path) -> None:

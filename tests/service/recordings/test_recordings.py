@@ -12,8 +12,12 @@ from hypothesis import strategies as st
 
 from incsvr.errors import BadInput
 from incsvr.signals import RUN_PAUSE_S, SignalSettings, synchronise
+from service.config.configuration import Config
 from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.recording_csv import read, write
+from service.recordings.validation import read_validation
+from simulator import leng
+from tests.service.conftest import cut
 
 GOOD = "t,yaw_rate,torque\n0.0,0.01,1.0\n0.1,0.02,1.5\n0.2,0.03,2.0\n"
 
@@ -167,3 +171,30 @@ def test_rows_of_one_instant_are_merged(tmp_path: Path) -> None:
     assert apart.time.tolist() == [0.0, 0.1, 0.2]
     assert apart.columns["yaw_rate"].tolist() == [0.1, 0.2, 0.3]
     assert apart.columns["torque"].tolist() == [1.0, 2.0, 3.0]
+
+
+SOURCES = {"yaw_rate": {"topic": "rows", "field": "r", "unit": "deg/s"}, "torque": {"topic": "rows", "field": "tau"}}
+
+
+def test_a_log_of_others_gives_the_same_samples(tmp_path: Path) -> None:
+    """Semicolons, degrees and other names, which the configured inputs describe; our own needs no description."""
+    run, config = cut(leng.recording("V1", seed=7), 60.0), Config.model_validate({"inputs": SOURCES})
+    write(tmp_path / "V1.csv", run)
+    degrees, torque = np.degrees(run.columns["yaw_rate"]), run.columns["torque"]
+    rows = zip(run.time.tolist(), degrees.tolist(), torque.tolist(), strict=True)
+    lines = (";".join("" if np.isnan(value) else f"{value:.17g}" for value in row) for row in rows)
+    (tmp_path / "dive.csv").write_text("\n".join(("Time (s);r;tau", *lines)), encoding="utf-8")
+    own, others = (read_validation(tmp_path / name, config) for name in ("V1.csv", "dive.csv"))
+    assert len(own) == len(others) > 50
+    np.testing.assert_allclose(others.damping, own.damping, rtol=1e-9)
+    np.testing.assert_array_equal(own.damping, leng.samples(run).damping)
+
+
+def test_what_is_no_log_or_lacks_a_channel_is_one_sentence(tmp_path: Path) -> None:
+    run = cut(leng.recording("V1", seed=7), 60.0)
+    write(tmp_path / "V1.csv", run)
+    config = Config.model_validate({"learner": {"inputs": ["yaw_rate", "surge"]}})
+    with pytest.raises(BadInput, match="no channel surge, which every sample needs"):
+        read_validation(tmp_path / "V1.csv", config)
+    with pytest.raises(BadInput, match="nowhere"):
+        read_validation(tmp_path / "nowhere.csv", Config())

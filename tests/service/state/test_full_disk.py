@@ -23,7 +23,7 @@ from service.state.store import Store
 from service.wire import encode
 from tests.service.commands.test_processes import KEYS, answered, client_after, following, next_model, serving
 from tests.service.conftest import PATIENCE, configured, teach
-from tests.service.state.iterations import save
+from tests.service.state.conftest import save
 
 
 @pytest.fixture

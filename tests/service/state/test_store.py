@@ -21,7 +21,7 @@ from service.state.store import Store
 from service.wire import encode
 from simulator import leng
 from tests.service.conftest import PATIENCE, StartBench, configured, cut
-from tests.service.state.iterations import save
+from tests.service.state.conftest import save
 
 MANY = 10**9
 
@@ -127,17 +127,6 @@ def test_a_state_of_the_other_policy_goes_on(
     second.play(Recording(run.name, run.time[late], {name: values[late] for name, values in run.columns.items()}))
     assert models.get(timeout=PATIENCE).revision == 3
     assert second.get(f"{second.keys.model}?revision=1")[0] is not None
-
-
-def test_history_is_bounded(tmp_path: Path, outcomes: list[CommittedIteration]) -> None:
-    store = Store(tmp_path, configured(history=2))
-    for outcome in outcomes:
-        save(store, outcome)
-    with pytest.raises(NotKept, match="revision 1 is not kept"):
-        store.history.revision(1)
-    assert [store.history.revision(number).revision for number in (2, 3)] == [2, 3]
-    assert len(store.history.reports(0, 10, MANY)) == 2
-    store.close()
 
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
