@@ -10,6 +10,7 @@ from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
 from incsvr.plant.axes import AXES, YAW, Axis
+from incsvr.plant.words import words_of
 from incsvr.tracing import Trace
 from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
@@ -20,8 +21,7 @@ except ModuleNotFoundError as missing:
     raise BadInput(f"plots need matplotlib, which is not installed: {how_to_install('matplotlib')}") from missing
 
 from viewer.log_plot import of_log
-from viewer.report.charts import draw_free_run
-from viewer.report.damping_chart import Curve, draw_damping
+from viewer.report.charts import Curve, draw_damping, draw_free_run
 from viewer.report.dives_page import draw as draw_dives
 from viewer.report.drawing import AFTER, MEASURED, STYLE
 
@@ -67,7 +67,7 @@ def of_vehicle(identified: Identified) -> Any:
             plot.yaxis.set_major_formatter("{x:g}")
             plot.set_title(axis)
             plot.set_xlabel("ahead [s]")
-            plot.set_ylabel(f"RMS error [{'m/s' if AXES[axis].along else 'rad/s'}]")
+            plot.set_ylabel(f"RMS error [{words_of(AXES[axis]).rate_unit}]")
         plot.legend()
     return figure
 

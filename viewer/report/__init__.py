@@ -12,8 +12,6 @@ from incsvr.tracing import Trace
 from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
 
-__all__ = ["write", "write_dives", "write_vehicle"]
-
 
 def write(trace: Trace, path: Path, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> None:
     """Writes the report of a trace to `path`, in the words and units of an axis.
