@@ -14,9 +14,8 @@ from service.cli.output import refuse_unwritable, writing
 from service.config.configuration import Config
 from service.config.sources import add_client_arguments, from_arguments
 from service.config.vehicle_file import read_vehicle
-from service.export.formats import doubts, gazebo, python_module, stonefish, table, vehicle_figures
+from service.export.formats import doubts, gazebo, parted, python_module, stonefish, table, vehicle_figures
 from service.export.learned import Learned, of_file, of_snapshot
-from service.export.rigid_body import parted
 from service.state.state_file import StateDamage, StateFile
 from service.wire import ModelSnapshot, decode
 from service.wire.json_text import json_text
