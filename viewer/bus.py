@@ -121,11 +121,6 @@ class Bus:
     def health(self) -> Health | None:
         return self._ask(self._keys.health, "", Health)
 
-    def health_of_axes(self, health: Health) -> dict[str, Health]:
-        """The health of each axis of the vehicle that the learner's process learns, as far as it answers."""
-        found = {axis: self._ask(Keys(prefix).health, "", Health) for axis, prefix in health.axes.items()}
-        return {axis: each for axis, each in found.items() if each is not None}
-
     def ledger(self) -> EffectsLedger | None:
         return self._ask(self._keys.effects, "", EffectsLedger)
 

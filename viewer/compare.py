@@ -11,10 +11,9 @@ import numpy as np
 import rerun as rr
 
 from viewer.axes import Axes, Sign, place, style
-from viewer.frame import Frame, clock_text, positions
+from viewer.frame import Frame, clock_text, markdown_table, positions, quantity
 from viewer.palette import Palette
 from viewer.recorder import Recorder
-from viewer.table import quantity
 
 MAX_SAMPLES = 1000  # of each of the two at most: the newest
 SHOWN = [f"learning/{name}/{what}" for name in ("before", "after") for what in ("samples", "function", "support")]
@@ -99,27 +98,22 @@ def words(chosen: dict[str, Frame], unit: str) -> str:
     rate, damping = before.curve.T
     apart = np.abs(after.model.predict(rate).damping - damping)
 
-    def row(text: str, *cells: str) -> str:
-        return f"| {text} | {' | '.join(cells)} |"
-
     pair = (before.report, after.report)
-    return "\n".join(
-        [
-            f"# Iteration {before.report.iteration} and {after.report.iteration}",
-            f"Difference {quantity(apart.max(), unit)} at most, {quantity(apart.mean(), unit)} on average, where "
-            "the first was trained.",
-            "",
-            row("", "Before", "After"),
-            "|:--|--:|--:|",
-            row("Revision", *(str(report.revision) for report in pair)),
-            row("Vehicle time", *(clock_text(report.t) for report in pair)),
-            row("Support vectors", *(str(len(report.support)) for report in pair)),
-            row("Error before learning", *(quantity(report.progressive_mae, unit) for report in pair)),
-            *(
-                row(f"Error on {check.name}", quantity(check.mae, unit), quantity(other.mae, unit))
-                for check, other in zip(*(report.validation for report in pair), strict=False)
-            ),
-            row("Noise of a sample", *(quantity(report.noise, unit) for report in pair)),
-            row("Off the optimum at most", *(quantity(report.certified_error, unit) for report in pair)),
-        ]
-    )
+    rows = [
+        ("Revision", *(report.revision for report in pair)),
+        ("Vehicle time", *(clock_text(report.t) for report in pair)),
+        ("Support vectors", *(len(report.support) for report in pair)),
+        ("Error before learning", *(quantity(report.progressive_mae, unit) for report in pair)),
+        *(
+            (f"Error on {check.name}", quantity(check.mae, unit), quantity(other.mae, unit))
+            for check, other in zip(*(report.validation for report in pair), strict=False)
+        ),
+        ("Noise of a sample", *(quantity(report.noise, unit) for report in pair)),
+        ("Off the optimum at most", *(quantity(report.certified_error, unit) for report in pair)),
+    ]
+    head = [
+        f"# Iteration {before.report.iteration} and {after.report.iteration}",
+        f"Difference {quantity(apart.max(), unit)} at most, {quantity(apart.mean(), unit)} on average, where the first "
+        "was trained.\n",
+    ]
+    return "\n".join([*head, *markdown_table(("", "Before", "After"), rows)])

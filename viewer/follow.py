@@ -61,7 +61,7 @@ class Follower:
             self._take(message)
         health = self._bus.health() if self._here else None
         if health is not None:
-            self._pages.health(health, time.time(), self._bus.health_of_axes(health))
+            self._pages.health(health, time.time())
 
     def _take(self, message: Message | Presence) -> None:
         if isinstance(message, Presence):
@@ -73,7 +73,7 @@ class Follower:
             case Health() as health:
                 if health.revision > self._pages.revision:
                     self._catch_up()
-                self._pages.health(health, message.seen, self._bus.health_of_axes(health))
+                self._pages.health(health, message.seen)
             case EffectsLedger() as ledger:
                 self._pages.effects(ledger, message.seen)
             case Measurement() as measurement:

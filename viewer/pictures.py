@@ -1,64 +1,182 @@
-"""`make pictures`: the pictures of the README, from a recording of the demo, by the real viewer."""
+"""`make pictures`: the pictures of README and docs, from a recording of the demo, by the real viewer and a browser."""
 
 from __future__ import annotations
 
-import argparse
+import json
+import shutil
+import subprocess
 import sys
+import time
+from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from urllib.request import urlopen
 
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+import incsvr
 from incsvr.errors import BadInput
-from viewer import hull_picture
-from viewer.pages import PAGES
+from incsvr.free_run.fit_pictures import FitPictures
+from incsvr.numerics import Array
+from service.bus.session import free_endpoint
+from viewer.report.drawing import AFTER, BEFORE, MEASURED, STYLE
 from viewer.screen import Screen
 
 ITERATIONS = (1, 15, 22)
+"""Iterations whose page Learning is drawn."""
+PAGE_ITERATION = 21
+"""At which the picture of `incsvr page` is taken: seven after the hull was mounted."""
+PAGE_SIZE = "1150,800"
+ITERATION_TIMEOUT_S = 120.0
+RUNS = {"without the hull": ("T1", BEFORE), "with the hull": ("T2", AFTER)}
+"""The runs that the demo leaves beside its recording, and their colours."""
+INERTIA = 350.0
+"""Leng's, as the demo declares it [kg m²]."""
+RATE_BINS = 14
+"""Bins of the yaw rate for the means of the samples."""
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m viewer.pictures", description=__doc__)
-    parser.add_argument("recording", type=Path, help="a recording, such as out/leng.rrd of the demo")
-    parser.add_argument("folder", type=Path, help="folder of the pictures")
-    parser.add_argument("--page", choices=PAGES, help="this page alone, at the end of any recording")
-    args = parser.parse_args()
+def main(recording: Path, folder: Path) -> int:
+    """Draws all pictures of a recording, such as out/leng.rrd of the demo, into a folder."""
     try:
-        pictures(args.recording, args.folder, args.page)
+        if not recording.is_file():
+            raise BadInput(f"{recording}: there is no such recording; `make demo` makes one")
+        with Screen(recording) as screen:
+            for iteration in ITERATIONS:
+                screen.show("Learning", iteration)
+                screen.save(folder / f"iteration-{iteration:02d}.png")
+            for page in ("Before and after", "Signals", "Effects"):
+                screen.show(page)
+                screen.save(folder / f"{page.lower().replace(' ', '-')}.png")
+        draw_hull(recording.parent, folder / "hull.png")
+        draw_page(folder / "page.png")
     except BadInput as error:
         print(f"pictures: {error}", file=sys.stderr)
         return 2
     return 0
 
 
-def pictures(recording: Path, folder: Path, page: str | None = None) -> None:
-    """One picture for each of ITERATIONS, one for each other page, and what the hull adds; or of one page.
+def draw_hull(folder: Path, picture: Path) -> None:
+    """The damping of the demo's vehicle without its hull and with it, and the difference.
+
+    Each of the runs `T1.csv` and `T2.csv` of the folder is learned by itself, as `incsvr fit` does it.
 
     Raises:
-        BadInput: there is no such recording or iteration, or no Vulkan driver.
+        BadInput: one of them is not there.
     """
-    if not recording.is_file():
-        raise BadInput(f"{recording}: there is no such recording; `make demo` makes one")
-    with Screen(recording) as screen:
-        if page is not None:
-            screen.show(page)
-            _save(screen, _named(folder, page))
+    learned = {name: _learned(folder / f"{run}.csv") for name, (run, _) in RUNS.items()}
+    fastest = min(max(abs(end) for end in each.model.trained_range or (0.0, 0.0)) for each in learned.values())
+    rate: Array = np.linspace(0.0, fastest, 201, dtype=np.float64)
+    with rc_context(STYLE | {"savefig.dpi": 150, "font.size": 11}):
+        figure = Figure(figsize=(11.0, 4.4), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        _curves(left, rate, learned)
+        _difference(right, rate, learned)
+        for axes in (left, right):
+            axes.set(xlabel="Yaw rate r [rad/s]", xlim=(0.0, rate[-1]))
+            axes.legend(loc="upper left")
+        figure.savefig(picture)
+
+
+def _learned(run: Path) -> FitPictures:
+    if not run.is_file():
+        raise BadInput(f"{run}: there is no such run; `make demo` makes it")
+    fit: Any = incsvr.fit(run, inertia=INERTIA, config="config.yaml")
+    learned: FitPictures = fit.pictures
+    return learned
+
+
+def _curves(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
+    for name, each in learned.items():
+        turns, damping = _one_way(each)
+        colour = RUNS[name][1]
+        axes.plot(turns, damping, ".", color=colour, markersize=2.5, alpha=0.3)
+        axes.plot(rate, _both_ways(each, rate), color=colour, linewidth=2.4, label=name)
+    axes.set(ylabel="Damping d(r) [N m]", title="What was learned", ylim=(0.0, None))
+
+
+def _difference(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
+    """By how much samples and curve with the hull lie above those without it."""
+    edges: Array = np.linspace(0.0, rate[-1], RATE_BINS + 1, dtype=np.float64)
+    means, errors = zip(*(_means(each, edges) for each in learned.values()), strict=True)
+    middle, doubt = (edges[1:] + edges[:-1]) / 2.0, 1.96 * np.hypot(*errors)
+    axes.errorbar(
+        middle, means[1] - means[0], doubt, fmt="o", color=MEASURED, markersize=5.0, label="means of samples, 95 %"
+    )
+    curves = [_both_ways(each, rate) for each in learned.values()]
+    axes.plot(rate, curves[1] - curves[0], color=AFTER, linewidth=2.4, label="learned curves")
+    axes.axhline(0.0, color=BEFORE, linewidth=1.2)
+    axes.set(ylabel="Damping that the hull adds [N m]", title="What the hull adds")
+
+
+def _means(learned: FitPictures, edges: Array) -> tuple[Array, Array]:
+    """(RATE_BINS,) the samples' damping between two edges, less what the curve bends there, and standard errors."""
+    turns, damping = _one_way(learned)
+    place = np.digitize(turns, edges) - 1
+    middle = (edges[1:] + edges[:-1]) / 2.0
+    level = damping - _both_ways(learned, turns) + _both_ways(learned, middle)[np.clip(place, 0, RATE_BINS - 1)]
+    parts = [level[place == k] for k in range(RATE_BINS)]
+    means = np.array([part.mean() if part.size else np.nan for part in parts])
+    errors = np.array([part.std() / np.sqrt(part.size) if part.size else np.nan for part in parts])
+    return means, errors
+
+
+def _one_way(learned: FitPictures) -> tuple[Array, Array]:
+    """(n,) rates and damping of all samples, turned one way: damping opposes both turns alike."""
+    rate, damping = learned.samples.yaw_rate, learned.samples.damping
+    return np.abs(rate), damping * np.sign(rate)
+
+
+def _both_ways(learned: FitPictures, rate: Array) -> Array:
+    """(n,) the learned damping at rates ≥ 0, the mean of both turns [N m]."""
+    left, right = (learned.model.predict(side * rate).damping for side in (1.0, -1.0))
+    return np.asarray((left - right) / 2.0)
+
+
+def draw_page(picture: Path) -> None:
+    """`incsvr page` in a real browser, while a learner learns the experiment.
+
+    Raises:
+        BadInput: no browser is installed, or the learner does not come to PAGE_ITERATION.
+    """
+    browser = next((found for name in ("chromium", "google-chrome") if (found := shutil.which(name))), None)
+    if browser is None:
+        raise BadInput(f"{picture} is not drawn: no browser is installed (chromium)")
+    with TemporaryDirectory() as folder, ExitStack() as stack:
+        bus, page = free_endpoint(), f"http://{free_endpoint().removeprefix('tcp/')}/"
+        settings = ("--set", f"state={folder}/state", "--set", "learner.policy=weighted", "--set", "learner.gamma=30")
+        for words in (
+            ("serve", "--listen", bus, *settings),
+            ("page", "--connect", bus, "--port", page.rpartition(":")[2].rstrip("/")),
+            ("simulate", "--connect", bus, "--speed", "40"),
+        ):
+            process = subprocess.Popen([sys.executable, "-m", "service.cli.command_line", *words])
+            stack.callback(process.wait)
+            stack.callback(process.terminate)
+        _wait(page)
+        flags = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--virtual-time-budget=1500")
+        command = [browser, *flags, f"--user-data-dir={folder}/browser", f"--window-size={PAGE_SIZE}"]
+        subprocess.run([*command, f"--screenshot={picture}", page], check=True, stderr=subprocess.DEVNULL)
+
+
+def _wait(page: str) -> None:
+    """Until the learner has come to the iteration."""
+    until = time.monotonic() + ITERATION_TIMEOUT_S
+    while time.monotonic() < until:
+        try:
+            with urlopen(f"{page}state.json", timeout=5.0) as answer:
+                model = json.load(answer).get("model")
+        except OSError:
+            model = None
+        if model is not None and model["iteration"] >= PAGE_ITERATION:
             return
-        for iteration in ITERATIONS:
-            screen.show("Learning", iteration)
-            _save(screen, folder / f"iteration-{iteration:02d}.png")
-        for each in ("Before and after", "Signals", "Effects"):
-            screen.show(each)
-            _save(screen, _named(folder, each))
-    hull_picture.draw(recording.parent, folder / "hull.png")
-    print(folder / "hull.png")
-
-
-def _named(folder: Path, page: str) -> Path:
-    return folder / f"{page.lower().replace(' ', '-')}.png"
-
-
-def _save(screen: Screen, path: Path) -> None:
-    screen.save(path)
-    print(path)
+        time.sleep(0.2)
+    raise BadInput(f"the learner does not come to iteration {PAGE_ITERATION} within {ITERATION_TIMEOUT_S:g} s")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(*map(Path, sys.argv[1:])))

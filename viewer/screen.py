@@ -8,7 +8,7 @@ from __future__ import annotations
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import timedelta
 from pathlib import Path
 from typing import Self, TypeVar
@@ -18,8 +18,8 @@ from rerun.experimental import View, ViewerClient
 
 from incsvr.errors import BadInput
 from service.bus.session import free_endpoint
-from viewer.archive import BINARY
 from viewer.pages import PAGES
+from viewer.window import BINARY
 
 T = TypeVar("T")
 
@@ -29,10 +29,10 @@ NOTICES_S = 9.0  # for so long the viewer's own notices lie over the plots after
 
 
 class Screen:
-    """A viewer on a recording, from `with` to its end; `pages` are its tabs in their order."""
+    """A viewer on a recording, from `with` to its end."""
 
-    def __init__(self, recording: Path, pages: Sequence[str] = PAGES) -> None:
-        self._pages, self._recording = pages, recording
+    def __init__(self, recording: Path) -> None:
+        self._recording = recording
         self._folder = tempfile.TemporaryDirectory()
         port = int(free_endpoint().rpartition(":")[2])
         self._log = Path(self._folder.name) / "viewer.log"
@@ -68,7 +68,7 @@ class Screen:
         for parts in now.blueprint.values():
             tabs = parts.get("ContainerBlueprint", {})
             if tabs.get("container_kind") == "Tabs":
-                tabs["active_tab"] = tabs["contents"][self._pages.index(page)]
+                tabs["active_tab"] = tabs["contents"][PAGES.index(page)]
         client.set_blueprint(now.blueprint, store_id=now.store_id)
         if iteration is None:
             client.set_time("vehicle_time", play_state="following")

@@ -1,4 +1,4 @@
-"""The page Signals: what came in, what became samples, what the model left over, what was refused."""
+"""The pages Signals (inputs, samples, the residual, refused values) and Health (how the learner does)."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ import numpy as np
 import rerun as rr
 from rerun.components import MarkerShape
 
-from viewer.frame import Frame
+from incsvr.plant.words import YAW_WORDS, AxisWords
+from service.wire import Health
+from viewer.frame import Frame, clock_text, markdown_table
 from viewer.names import channel
-from viewer.palette import LIGHT
+from viewer.palette import LIGHT, Palette
 from viewer.recorder import Recorder
 
 ALL = "all_reasons"
@@ -23,6 +25,8 @@ ON_TIME = (
     "All on the vehicle's time. Raw: as it came in. Synchronised: on the learner's grid, smoothed, from its own stamps."
 )
 OWN = ("yaw_rate", "torque")
+SIGNS = {"OK": "OK", "WARN": "WARNING", "ERROR": "ERROR", "STALE": "NO DATA"}
+AWAY = "AWAY"
 
 
 @dataclass
@@ -105,3 +109,58 @@ class SignalsPage:
         for reason, count in self._rejected.items():
             self._rec.line(f"signals/rejected/{reason}", reason.replace("_", " ").capitalize(), width=2.0)
             self._rec.log(f"signals/rejected/{reason}", rr.Scalars(float(count)))
+
+
+class HealthPage:
+    """Logs below signals/health/."""
+
+    def __init__(self, rec: Recorder, palette: Palette) -> None:
+        self._rec = rec
+        self._level = ""
+        rec.log(
+            "signals/health/level",
+            rr.StateConfiguration(
+                values=[*SIGNS, AWAY],
+                labels=[*SIGNS.values(), "LEARNER AWAY"],
+                colors=[palette.support, palette.forgotten, palette.new, palette.discarded, palette.outlier],
+            ),
+            static=True,
+        )
+        rec.line("signals/health/learned", "Learned share", LIGHT.support, 2.5)
+
+    def log(self, health: Health) -> None:
+        """The learner's health, at the clocks that are set."""
+        self._rec.write("signals/health/now", health_text(health, self._rec.words))
+        self._rec.log("signals/health/learned", rr.Scalars(health.learned))
+        self._switch(health.level)
+
+    def away(self, sentence: str) -> None:
+        """The learner does not answer, at the clocks that are set."""
+        self._rec.write("signals/health/now", f"# LEARNER AWAY\n\n{sentence}")
+        self._switch(AWAY)
+
+    def _switch(self, level: str) -> None:
+        if level != self._level:
+            self._level = level
+            self._rec.log("signals/health/level", rr.StateChange(state=level))
+
+
+def health_text(health: Health, words: AxisWords = YAW_WORDS) -> str:
+    """Markdown; the level large, then why, then every counter."""
+    streams = [
+        (name, one.received, one.lost, "-" if one.t is None else clock_text(one.t))
+        for name, one in sorted(health.streams.items())
+    ]
+    counters = [(name.replace("_", " ").replace(":", ": "), count) for name, count in sorted(health.counters.items())]
+    return "\n".join(
+        [
+            f"# {SIGNS[health.level]}",
+            *(f"- {reason[:1].upper()}{reason[1:]}." for reason in health.reasons),
+            "" if health.reasons else "Nothing to report.",
+            f"\n**Learned: {100 * health.learned:.0f} % of the {words.rate} range** · iteration {health.iteration} · "
+            f"revision {health.revision} · started as {health.boot}\n",
+            *markdown_table(("Stream", "Samples", "Lost", "Newest"), streams),
+            "",
+            *markdown_table(("Counter", "Since start"), counters),
+        ]
+    )

@@ -17,15 +17,14 @@ from service.bus.session import client_config, free_endpoint, open_session, stop
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.wire import Keys
-from viewer import archive, window
+from viewer import window
 from viewer.bus import Bus
 from viewer.compare import Choice
 from viewer.follow import Follower
 from viewer.pages import blueprint
 from viewer.palette import PALETTES, Theme
 from viewer.recorder import Recorder
-from viewer.recording_pages import RecordingPages
-from viewer.recording_set import RecordingSet
+from viewer.recording_pages import RecordingPages, RecordingSet
 
 log = logging.getLogger(__name__)
 
@@ -80,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
 
 def look(path: Path, theme: Theme | None, *, headless: bool) -> int:
     """Opens a recording in the viewer."""
-    if not archive.is_whole(path):
+    if not window.is_whole(path):
         log.warning("%s was cut off; it shows what was written until then", path)
     if headless:
         return 0

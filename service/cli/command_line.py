@@ -33,7 +33,7 @@ COMMANDS = {
         "incsvr view --save dive.rrd",
     ),
     "page": (
-        "viewer.page.command",
+        "viewer.page.server",
         "serves a learner's status, curve and effects to a browser",
         "incsvr page --port 9110",
     ),

@@ -31,6 +31,7 @@ REMOVED: Mapping[tuple[str, str], str] = {
         for name in ("fit", "trace", "identify")
     },
     ("compare", "--mass-matrix"): "give --set vehicle.mass_matrix=M",
+    ("fit", "--report"): "`incsvr trace LOG --report FILE.html` draws the curve; fit --json FILE has all figures",
     ("fit", "--smoothing"): "give --set signals.smoothing=S",
     ("fit", "--inputs"): "give --set learner.inputs=NAMES",
     ("incsvr", "inputs"): "use `incsvr inspect --bus`, with the same flags",

@@ -14,14 +14,11 @@ from service.cli.output import refuse_unwritable, writing
 from service.config.configuration import Config
 from service.config.sources import add_client_arguments, from_arguments
 from service.config.vehicle_file import read_vehicle
+from service.export.formats import doubts, gazebo, parted, python_module, stonefish, table, vehicle_figures
 from service.export.learned import Learned, of_file, of_snapshot
-from service.export.python_module import python_module
-from service.export.remarks import doubts
-from service.export.rigid_body import parted
-from service.export.simulators import gazebo, stonefish
-from service.export.table import as_csv, as_json
 from service.state.state_file import StateDamage, StateFile
 from service.wire import ModelSnapshot, decode
+from service.wire.json_text import json_text
 
 FORMATS = ("csv", "json", "gazebo", "stonefish", "python")
 VEHICLE_SUFFIXES = (".yaml", ".yml")
@@ -100,16 +97,17 @@ def in_format(
     vehicle = model if isinstance(model, Vehicle) else model.vehicle()
     body = parted(vehicle, mass, about_yaw, across)
     match format_:
-        case "csv":
-            return as_csv(model), doubts(vehicle)
-        case "json":
-            return as_json(model), doubts(vehicle)
-        case "python":
-            return python_module(vehicle), doubts(vehicle)
         case "gazebo":
             return gazebo(vehicle, body, flu)
-        case _:
+        case "stonefish":
             return stonefish(vehicle, body, flu)
+        case "csv":
+            text = table(model.figures() if isinstance(model, Learned) else vehicle_figures(model))
+        case "json":
+            text = json_text(model.to_dict(), indent=2) + "\n"
+        case _:
+            text = python_module(vehicle)
+    return text, doubts(vehicle)
 
 
 def _model(args: argparse.Namespace, config: Config) -> Learned:

@@ -1,4 +1,4 @@
-"""What was learned of one axis, as figures with intervals, and as a vehicle with that axis alone.
+"""What was learned of one axis: figures with intervals, the curve, and a vehicle with that axis alone.
 
 The textbook's form is d(r) = N_r r + N_{r|r|} r|r|, positive where damping opposes the motion, in
 I ṙ + d(r) = τ. Tools that count hydrodynamic derivatives (Fossen, SNAME) have both with the other sign.
@@ -7,7 +7,7 @@ I ṙ + d(r) = τ. Tools that count hydrodynamic derivatives (Fossen, SNAME) hav
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.learning.coefficients import COEFFICIENT_NAMES, coefficients, negative_drag
+from incsvr.learning.coefficients import COEFFICIENT_NAMES, Interval, coefficients, negative_drag
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES, YAW
-from incsvr.plant.terms import BIAS, LINEAR, QUADRATIC, REVERSE, Term
+from incsvr.plant.terms import BIAS, LINEAR, QUADRATIC, REVERSE, Term, mass_unit
 from incsvr.vehicle import Parameter, Vehicle
 from service.wire import ModelSnapshot
 from service.wire.json_text import read_json
@@ -28,15 +28,6 @@ CURVE_RATES = 101
 EXPECTED_FILE = "give what `incsvr trace … --json FILE` or `incsvr fit … --json FILE` wrote"
 IN_VEHICLE = ("inertia", "torque_lag", "torque_asymmetry", "bias_torque")
 """Traced effects that a vehicle's model has."""
-
-
-@dataclass(frozen=True, slots=True)
-class Effect:
-    """A traced effect: its name and its parameters, with units in their names."""
-
-    name: str
-    parameters: Mapping[str, Parameter]
-    cannot_tell_from: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,60 +43,92 @@ class Learned:
         sigma: (n,) the standard deviation of one sample about it; None where it is not known.
         doubt: (n,) its own standard deviation; None likewise.
         noise: the samples' own deviation; None likewise.
-        effects: what was traced beside the damping.
+        effects: what was traced beside the damping, as `to_dict` gives it.
     """
 
     source: str
     axis: str
-    inertia: Parameter
-    linear: Parameter
-    quadratic: Parameter
+    inertia: Interval
+    linear: Interval
+    quadratic: Interval
     rate: Array
     damping: Array
     sigma: Array | None
     doubt: Array | None
     noise: float | None
-    effects: tuple[Effect, ...]
+    effects: tuple[Mapping[str, Any], ...]
 
     @property
     def form_error(self) -> float:
         """The error of the two coefficients against the curve: root mean square over the learned rates."""
-        form = self.linear.value * self.rate + self.quadratic.value * self.rate * np.abs(self.rate)
+        form = self.linear.estimate * self.rate + self.quadratic.estimate * self.rate * np.abs(self.rate)
         return root_mean_square(form - self.damping)
+
+    @property
+    def _units(self) -> tuple[str, str]:
+        """Of the axis's rate and effort."""
+        return ("m/s", "N") if AXES[self.axis].along else ("rad/s", "N m")
 
     def vehicle(self) -> Vehicle:
         """A vehicle with this axis alone."""
-        axis, found = self.axis, {(each.name, name): p for each in self.effects for name, p in each.parameters.items()}
-        terms = {Term(axis, LINEAR): self.linear, Term(axis, QUADRATIC): self.quadratic}
+        axis, found = self.axis, dict[tuple[str, str], Interval]()
+        for effect in self.effects:
+            found |= {(effect["effect"], name): Interval(**p) for name, p in effect["parameters"].items()}
+        terms = {Term(axis, LINEAR): Parameter(*self.linear), Term(axis, QUADRATIC): Parameter(*self.quadratic)}
         if reverse := found.get(("torque_asymmetry", "reverse_efficiency")):
-            terms[Term(axis, REVERSE)] = Parameter(1.0 - reverse.value, 1.0 - reverse.high, 1.0 - reverse.low)
+            terms[Term(axis, REVERSE)] = Parameter(1.0 - reverse.estimate, 1.0 - reverse.high, 1.0 - reverse.low)
         if bias := found.get(("bias_torque", "moment_nm")):
-            terms[Term(axis, BIAS)] = Parameter(-bias.value, -bias.high, -bias.low)
+            terms[Term(axis, BIAS)] = Parameter(-bias.estimate, -bias.high, -bias.low)
         lag = found.get(("torque_lag", "time_constant_s"))
         fastest = np.where(np.array(list(AXES)) == axis, np.abs(self.rate).max(), 0.0)
-        return Vehicle(
-            self.source, (axis,), (axis,), {(axis, axis): self.inertia}, terms, {} if lag is None else {axis: lag},
-            fastest, self._doubts(),
-        )  # fmt: skip
+        mass, lags = {(axis, axis): Parameter(*self.inertia)}, {} if lag is None else {axis: Parameter(*lag)}
+        return Vehicle(self.source, (axis,), (axis,), mass, terms, lags, fastest, self._doubts())
+
+    def figures(self) -> Iterator[tuple[str, Interval, str]]:
+        """The figures by name, with their units."""
+        rate, effort = self._units
+        yield "N_r", self.linear, Term(self.axis, LINEAR).unit
+        yield "N_r|r|", self.quadratic, Term(self.axis, QUADRATIC).unit.replace("²", "^2")
+        yield "inertia", self.inertia, mass_unit(self.axis, self.axis).replace("²", "^2")
+        yield "rate_low", _alone(self.rate[0]), rate
+        yield "rate_high", _alone(self.rate[-1]), rate
+        yield "form_error_rms", _alone(self.form_error), effort
+        if self.noise is not None:
+            yield "noise", _alone(self.noise), effort
+        for effect in self.effects:  # the unit of a traced parameter is in its name
+            yield from ((f"{effect['effect']}.{name}", Interval(**p), "") for name, p in effect["parameters"].items())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything, the curve with its uncertainty."""
+        return {
+            "source": self.source,
+            "equation": "I dr/dt + N_r r + N_r|r| r|r| = torque",
+            "coefficients": {"N_r": self.linear._asdict(), "N_r|r|": self.quadratic._asdict()},
+            "inertia": self.inertia._asdict(),
+            "valid": [self.rate[0], self.rate[-1]],
+            "form_error_rms": self.form_error,
+            "noise": self.noise,
+            "effects": list(self.effects),
+            "curve": {"rate": self.rate, "damping": self.damping, "sigma": self.sigma, "doubt": self.doubt},
+        }
 
     def _doubts(self) -> tuple[str, ...]:
-        words = AXES[self.axis]
-        rate, effort = ("m/s", "N") if words.along else ("rad/s", "N m")
+        rate, effort = self._units
         doubts = [
             f"from {self.rate[0]:.4g} to {self.rate[-1]:.4g} {rate} the two coefficients miss the learned curve by "
             f"{self.form_error:.3g} {effort} (RMS) of up to {np.abs(self.damping).max():.3g} {effort}"
         ]
-        if min(self.linear.value, self.quadratic.value) < 0.0:
+        if min(self.linear.estimate, self.quadratic.estimate) < 0.0:
             doubts.append("one of the two drives instead of damping: beyond these rates a simulator may run away")
         for name, p in zip(COEFFICIENT_NAMES, (self.linear, self.quadratic), strict=True):
             note = None if math.isnan(p.low) else negative_drag(name, p.low, p.high)
             doubts += [] if note is None else [note]
         for effect in self.effects:
-            values = ", ".join(f"{name} = {p.value:.4g}" for name, p in effect.parameters.items())
-            rivals = f" (or {', '.join(effect.cannot_tell_from)})" if effect.cannot_tell_from else ""
-            if rivals or effect.name not in IN_VEHICLE:
-                there = "" if effect.name in IN_VEHICLE else ", which is not in this model"
-                doubts.append(f"traced: {effect.name}: {values}{rivals}{there}")
+            name, rivals = effect["effect"], ", ".join(effect["cannot_tell_from"])
+            if rivals or name not in IN_VEHICLE:
+                values = ", ".join(f"{key} = {p['estimate']:.4g}" for key, p in effect["parameters"].items())
+                there = "" if name in IN_VEHICLE else ", which is not in this model"
+                doubts.append(f"traced: {name}: {values}{f' (or {rivals})' if rivals else ''}{there}")
         return tuple(doubts)
 
 
@@ -124,7 +147,7 @@ def of_snapshot(snapshot: ModelSnapshot, source: str, axis: str = YAW.name) -> L
     if model.several is not None:
         usual = zip(model.several.others, model.several.usual.tolist(), strict=True)
         source += "; a slice of damping over several velocities, at " + ", ".join(f"{n} {v:.3g}" for n, v in usual)
-    linear, quadratic = (Parameter(*each) for each in coefficients(model).values())
+    linear, quadratic = coefficients(model).values()
     inertia, effects = _with_effects(snapshot.inertia, snapshot.effects)
     drawn = (at, curve.damping, curve.sigma, curve.doubt)
     return Learned(source, axis, inertia, linear, quadratic, *drawn, snapshot.noise, effects)
@@ -149,8 +172,7 @@ def of_file(path: Path) -> Learned:
 
 
 def _of_fit(found: Mapping[str, Any], path: Path) -> Learned:
-    figures = [found["coefficients"][name] for name in COEFFICIENT_NAMES]
-    linear, quadratic = (Parameter(each["estimate"], each["low"], each["high"]) for each in figures)
+    linear, quadratic = (Interval(**found["coefficients"][name]) for name in COEFFICIENT_NAMES)
     curve = {name: np.array(each, dtype=np.float64) for name, each in found["curve"].items()}
     if "doubt" not in curve:  # of an earlier release, which called it sigma
         curve["doubt"] = curve.pop("sigma")
@@ -163,28 +185,32 @@ def _of_trace(found: Mapping[str, Any], path: Path) -> Learned:
     model, axis = found["model"], found.get("axis", YAW.name)
     rate, damping = np.array(model["rate"]), np.array(model["damping"])
     terms = np.column_stack((rate, rate * np.abs(rate)))
-    linear, quadratic = (_alone(each) for each in np.linalg.lstsq(terms, damping, rcond=None)[0].tolist())
+    linear, quadratic = (_alone(each) for each in np.linalg.lstsq(terms, damping, rcond=None)[0])
     inertia, effects = _with_effects(model["inertia"], found["effects"])
     source = f"incsvr trace, {path.name}"
     return Learned(source, axis, inertia, linear, quadratic, rate, damping, None, None, None, effects)
 
 
-def _alone(value: float) -> Parameter:
+def _alone(value: float) -> Interval:
     """A figure whose interval nobody knows."""
-    return Parameter(float(value), math.nan, math.nan)
+    return Interval(float(value), math.nan, math.nan)
 
 
-def _with_effects(inertia: float, effects: Sequence[Mapping[str, Any]]) -> tuple[Parameter, tuple[Effect, ...]]:
+def _with_effects(
+    inertia: float, effects: Sequence[Mapping[str, Any]]
+) -> tuple[Interval, tuple[Mapping[str, Any], ...]]:
     """The inertia in force, and the effects."""
     named = tuple(_effect(each) for each in effects)
-    return next((each.parameters["inertia_kg_m2"] for each in named if each.name == "inertia"), _alone(inertia)), named
+    traced = [each["parameters"]["inertia_kg_m2"] for each in named if each["effect"] == "inertia"]
+    return Interval(**traced[0]) if traced else _alone(inertia), named
 
 
-def _effect(found: Mapping[str, Any]) -> Effect:
+def _effect(found: Mapping[str, Any]) -> Mapping[str, Any]:
     spans = found.get("interval") or {}
     parameters = {
-        name: Parameter(float(value), *(spans.get(name) or (math.nan, math.nan)))
+        name: Interval(float(value), *(spans.get(name) or (math.nan, math.nan)))._asdict()
         for name, value in found["parameters"].items()
         if isinstance(value, int | float) and math.isfinite(value)
     }
-    return Effect(found["effect"], parameters, tuple(found.get("cannot_tell_from") or ()))
+    rivals = list(found.get("cannot_tell_from") or ())
+    return {"effect": found["effect"], "parameters": parameters, "cannot_tell_from": rivals}

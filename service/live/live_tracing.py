@@ -18,12 +18,9 @@ from service.config.configuration import Config
 from service.config.traced_effects import OperatorVerb, TracedEffects, effects_from_trace
 from service.learner.batches import MAX_WAITING_BATCHES
 from service.learner.node import BatchEnd, LearnerNode
-from service.live import ledger, worker
-from service.live.proof_decision import decide_proof
-from service.live.trace_content import TraceContent
-from service.live.tracing_process import TracingProcess
-from service.live.tracing_state import RESIDUAL, TracingState, Work
-from service.live.worker import Begin, Worker
+from service.live import ledger
+from service.live.tracing_process import Begin, TracingProcess, Worker, job, recent_streams
+from service.live.tracing_state import RESIDUAL, TraceContent, TracingState, Work
 
 log = logging.getLogger(__name__)
 
@@ -102,10 +99,10 @@ class LiveTracing:
     def _start(self, node: LearnerNode, work: Work, end: BatchEnd) -> bool:
         """Starts it beside the learner, where nothing else is at work; True where the ledger says more than before."""
         settings, before = self._config.tracing, self.state
-        recent = worker.recent_streams(node.batches.recent(end.time), settings, before, work, end.time)
+        recent = recent_streams(node.batches.recent(end.time), settings, before, work, end.time)
         self._work = (work, end)
         try:
-            self._child = self._begin(worker.job(self._config, before, work, end.time, end.served.model), recent)
+            self._child = self._begin(job(self._config, before, work, end.time, end.served.model), recent)
         except OSError as error:
             self._conclude_failure(work, end, before, f"no process could be started beside the learner: {error}")
             return True
@@ -235,7 +232,9 @@ class LiveTracing:
             return
         content = before.under_test[1]
         names = self._names(content)
-        decision = decide_proof(before, before.under_test, names, proof, newest, self._config.tracing, node.words)
+        decision = ledger.decide_proof(
+            before, before.under_test, names, proof, newest, self._config.tracing, node.words
+        )
         self._enter(before.after_proof(newest, decision.verdict, decision.error))
         if decision.step is None:
             log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(names), decision.verdict, decision.why)

@@ -17,7 +17,61 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from incsvr.compensation.proof import Verdict
-from service.live.trace_content import TraceContent
+
+
+@dataclass(frozen=True, slots=True)
+class TraceContent:
+    """A trace, as far as it is needed.
+
+    Attributes:
+        effects: its findings, in the form that `incsvr trace --json` writes.
+        model: the traced model, likewise.
+        loop: whether the torque answers the rate, `open` or `closed`; None where an earlier version kept none.
+        since: the time from which on its data begin [s].
+        until: the newest of its data [s].
+        proof: the last comparison of its effects on fresh data that could tell: `error`, before and after as `incsvr
+            trace --json` has them, and `until`, the newest of the data [s]; None before there was one.
+    """
+
+    effects: tuple[Mapping[str, Any], ...]
+    model: Mapping[str, Any]
+    loop: str | None = None
+    since: float | None = None
+    until: float | None = None
+    proof: Mapping[str, Any] | None = None
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> TraceContent:
+        """The content whose `to_dict` gave `data`, or that of a whole trace."""
+        return TraceContent(
+            tuple(data["effects"]),
+            data["model"],
+            data.get("loop"),
+            data.get("since"),
+            data.get("until"),
+            data.get("proof"),
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields as plain data."""
+        return {
+            "effects": list(self.effects),
+            "model": self.model,
+            "loop": self.loop,
+            "since": self.since,
+            "until": self.until,
+            **({} if self.proof is None else {"proof": self.proof}),
+        }
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its effects by name, in the order in which they were added."""
+        return tuple(str(finding["effect"]) for finding in self.effects)
+
+    def compared(self, error: Mapping[str, Any], until: float) -> TraceContent:
+        """The content after a comparison on fresh data up to `until` [s]."""
+        return replace(self, proof={"error": error, "until": until})
+
 
 FRESH_PART = 0.25
 """This part of the window comes between two traces: a process beside the learner is not always busy, and what came on
@@ -33,7 +87,6 @@ RESIDUAL = "residual"
 
 Work = Literal["trace", "prove"]
 Role = Literal["suspected", "proven", "active"]
-Mode = Literal["off", "advise", "adopt"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +144,7 @@ class TracingState:
             others.append(("proven", self.proven))
         if self.active is not None:
             others.append(("active", self.active))
-        return min(others, key=lambda one: 0.0 if one[1].proof is None else one[1].proof.until, default=None)
+        return min(others, key=lambda one: 0.0 if one[1].proof is None else one[1].proof["until"], default=None)
 
     def due(self, newest: float, window: float, proof: float) -> Work | None:
         """The work that is due when a full window reaches up to `newest` [s].

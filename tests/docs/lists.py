@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pydantic import BaseModel
@@ -74,19 +75,41 @@ def _first(kind: type[BaseModel]) -> str:
     return (kind.__doc__ or "").partition("\n")[0]
 
 
+COMMON_FLAG_COMMANDS = 3
+"""A flag that so many commands have in the same words is described once, in those that most of them have."""
+
+
 def commands() -> str:
-    """Every command with its flags, as its help has them."""
+    """Every command with its flags, as its help has them; flags of several commands once, at the end."""
+    found = whole_parser().commands
+    rows = {parser: _rows(parser) for command in found.values() for parser in (command, *command.commands.values())}
+    times = Counter(row for each in rows.values() for row in each)
+    flags = {row: flag for each in rows.values() for row, flag in each.items() if flag.startswith("--")}
+    usual = {flag: row for row, flag in sorted(flags.items(), key=lambda each: times[each[0]])}
+    common = {row: flag for row, flag in flags.items() if usual[flag] == row and times[row] >= COMMON_FLAG_COMMANDS}
     parts = []
-    for name, command in whole_parser().commands.items():
-        rows = "\n".join(_rows(command))
-        parts.append(f"## {name}\n\n{command.description}\n\n```\n{command.example}\n```\n\n{rows}")
+    for name, command in found.items():
+        about = f"## {name}\n\n{command.description}\n\n```\n{command.example}\n```"
+        parts += [about, *_flags(rows[command], common)]
         for inner, below in command.commands.items():
-            parts.append(f"### {name} {inner}\n\n" + "\n".join(_rows(below)))
-    return "\n\n".join(parts)
+            parts += [f"### {name} {inner}", *_flags(rows[below], common)]
+    return "\n\n".join([*parts, "## Flags of several commands", "\n".join([HEAD, *common])])
 
 
-def _rows(parser: Parser) -> list[str]:
-    rows = ["| | |", "|---|---|"]
+HEAD = "| | |\n|---|---|"
+
+
+def _flags(rows: Mapping[str, str], common: Mapping[str, str]) -> Iterator[str]:
+    """The table of a command's own flags, and the names of those that others have as well."""
+    if own := [row for row in rows if row not in common]:
+        yield "\n".join([HEAD, *own])
+    if shared := [flag for row, flag in rows.items() if row in common]:
+        yield f"[Also](#flags-of-several-commands): {', '.join(f'`{flag}`' for flag in shared)}."
+
+
+def _rows(parser: Parser) -> dict[str, str]:
+    """Row of the table → name of the flag."""
+    rows = {}
     for action in parser._actions:
         if isinstance(action, argparse._HelpAction | argparse._SubParsersAction):
             continue
@@ -94,8 +117,9 @@ def _rows(parser: Parser) -> list[str]:
         values = " ".join(value) if isinstance(value, tuple) else value
         flags = ", ".join(action.option_strings)
         shown = flags if action.nargs == 0 else f"{flags} {values}".strip()
-        rows.append(f"| `{shown}` | {(action.help or '') % {'default': action.default, 'prog': parser.prog}} |")
-    return rows if len(rows) > 2 else []
+        text = (action.help or "") % {"default": action.default, "prog": parser.prog}
+        rows[f"| `{shown}` | {text} |"] = flags or values
+    return rows
 
 
 KINDS_OF_EFFECT = {

@@ -11,7 +11,7 @@ import numpy as np
 from rerun.chunk import RrdReader
 from rerun.error_utils import RerunWarning
 
-from viewer import archive
+from viewer import window
 from viewer.frame import Floats
 
 Rows = dict[str, dict[int, Any]]
@@ -19,7 +19,7 @@ Rows = dict[str, dict[int, Any]]
 
 def verify(path: Path) -> None:
     """Has Rerun read the whole file."""
-    done = subprocess.run([archive.BINARY, "rrd", "verify", path], capture_output=True, text=True, check=False)
+    done = subprocess.run([window.BINARY, "rrd", "verify", path], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
 

@@ -12,8 +12,8 @@ from service import wire
 from service.commands.python_api import fit
 from service.commands.query import table
 from service.commands.status import text
+from service.export.command import in_format
 from service.export.learned import of_file, of_snapshot
-from service.export.table import as_csv, as_json
 from service.learner.damping_query import DampingQuery
 from service.learner.published import ServedModel, damping_reply, snapshot
 from service.recordings.recording_csv import write
@@ -35,8 +35,8 @@ def test_the_same_rate_asked_everywhere_gives_the_same_figures(tmp_path: Path) -
     reply = damping_reply(model, DampingQuery(tuple(rate)), 1, 1)
     answer = json.loads(wire.encode(reply))
     (tmp_path / "fit.json").write_text(json.dumps(told), encoding="utf-8")
-    exported = json.loads(as_json(of_snapshot(served, "learner")))
-    of_log = json.loads(as_json(of_file(tmp_path / "fit.json")))
+    exported = json.loads(in_format(of_snapshot(served, "learner"), "json")[0])
+    of_log = json.loads(in_format(of_file(tmp_path / "fit.json"), "json")[0])
     for face in (told["curve"], answer, exported["curve"], of_log["curve"]):
         assert [face[name] for name in ("rate", "damping", "sigma", "doubt")] == expected
     earlier = json.loads(wire.encode(served))
@@ -68,4 +68,4 @@ def test_page_screen_and_export_show_the_inertia_in_force(
     assert snapshot.inertia_in_force == curve(snapshot)["inertia"] == inertia
     health = wire.Health(level="OK", boot="b")
     assert f"I = {inertia:g} kg m²" in text("leng/yaw", health, snapshot)
-    assert f"inertia,{inertia}" in as_csv(of_snapshot(snapshot, "learner"))
+    assert f"inertia,{inertia}" in in_format(of_snapshot(snapshot, "learner"), "csv")[0]

@@ -18,7 +18,7 @@ from service.cli.command_line import main
 from service.wire import SETS
 from tests.viewer.conftest import KEYS, PATIENCE, House, Run, learn_until, publish
 from tests.viewer.readback import every, points, rows, shown, verify
-from viewer import archive
+from viewer import window
 from viewer.frame import positions
 
 
@@ -38,7 +38,7 @@ def test_late_and_killed_it_loses_no_iteration_and_the_next_start_has_its_own_fi
     late.wait_for("iteration 3 ")
     late.end(signal.SIGKILL)
     assert set(rows(path, "Scalars:scalars")["/learning/revision"]) == {1, 2, 3}
-    assert not archive.is_whole(path)
+    assert not window.is_whole(path)
     house.view("--headless", str(path)).wait_for("cut off")
 
     before = path.read_bytes()
@@ -51,7 +51,7 @@ def test_late_and_killed_it_loses_no_iteration_and_the_next_start_has_its_own_fi
     assert path.read_bytes() == before
     second = tmp_path / "run-2.rrd"
     verify(second)
-    assert archive.is_whole(second)
+    assert window.is_whole(second)
     assert sorted(file.name for file in tmp_path.glob("*.rrd*")) == ["run-2.rrd", "run.rrd"]
     logged = rows(second, "Points2D:positions")
     # The learner on the bus learned what the one in this process did, so its numbers are known.
@@ -176,7 +176,7 @@ def listening(port: int) -> set[str]:
 def watch(port: int, path: Path) -> None:
     """Comes as another viewer to what is served at a port, late, and keeps what it is given."""
     url = f"rerun+http://127.0.0.1:{port}/proxy"
-    command = [str(archive.BINARY), "--connect", url, "--save", str(path), "--bind", "127.0.0.1", "--port", "auto"]
+    command = [str(window.BINARY), "--connect", url, "--save", str(path), "--bind", "127.0.0.1", "--port", "auto"]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
         until = time.monotonic() + PATIENCE
         while time.monotonic() < until:

@@ -88,7 +88,7 @@ def test_a_browser_draws_what_a_learner_says(house: House, run: Run, tmp_path: P
 def test_the_page_needs_no_more_than_the_vehicle_has() -> None:
     """Neither Rerun, nor what the extras bring, is loaded to serve it."""
     program = (
-        "import sys, viewer.page.command; "
+        "import sys, viewer.page.server; "
         "sys.exit(sorted({'rerun', 'PIL', 'matplotlib', 'jinja2', 'mcap'} & set(sys.modules)))"
     )
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

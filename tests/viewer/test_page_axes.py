@@ -16,9 +16,8 @@ from simulator.vehicles import BODIES
 from tests.service.conftest import benches
 from tests.vehicle_of_body import vehicle_of
 from tests.viewer.test_page import drawn
-from viewer.page.hosts import ours
 from viewer.page.learner import Learner
-from viewer.page.server import server
+from viewer.page.server import ours, server
 
 BOAT = vehicle_of(BODIES["boat"](np.random.default_rng(82)), (1.0, 0.4, 0.0, 0.0, 0.0, 0.5))
 

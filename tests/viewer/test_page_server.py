@@ -14,9 +14,8 @@ from http.client import HTTPConnection
 import pytest
 
 from service.bus.session import client_config_at, free_endpoint
-from viewer.page.hosts import foreign, ours
 from viewer.page.learner import Learner
-from viewer.page.server import MAX_CLIENTS, Server, server
+from viewer.page.server import MAX_CLIENTS, Server, foreign, ours, server
 
 PATIENCE = 20.0
 AT_ONCE = 200

@@ -12,7 +12,7 @@ import pytest
 from service.wire import SETS, EffectsLedger, Health, Measurement, Points, Validation
 from tests.viewer.conftest import Run
 from tests.viewer.readback import every, points, rows, series, shown, verify
-from viewer import archive, recording_pages
+from viewer import recording_pages, window
 from viewer.compare import Choice
 from viewer.effects import columns
 from viewer.frame import Frame, positions
@@ -143,7 +143,7 @@ def test_two_chosen_revisions_stand_still(run: Run, tmp_path: Path) -> None:
 
 def test_a_recording_is_whole(recorded: Path) -> None:
     verify(recorded)
-    assert archive.is_whole(recorded)
+    assert window.is_whole(recorded)
 
 
 def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from service.commands.trace import text
 from tests.worlds import trial
 from viewer.report import write
 from viewer.report.charts import DRAWN_PIECES, free_runs, hint, told_apart
-from viewer.report.derivatives import derivatives
+from viewer.report.page import derivatives
 
 MADE = {"recordings": "run.csv", "command": "incsvr trace run.csv --inertia 350"}
 

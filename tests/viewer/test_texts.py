@@ -1,14 +1,12 @@
-"""Figures of the table, the line of each axis, and lines that end at pauses."""
+"""Figures of the table, and lines that end at pauses."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from service.wire import Health, StreamHealth
-from viewer.health import axes_text
+from viewer.frame import quantity
 from viewer.pauses import Pauses
-from viewer.table import quantity
 
 
 @pytest.mark.parametrize(
@@ -17,17 +15,6 @@ from viewer.table import quantity
 )
 def test_a_quantity_is_never_a_power_of_ten(value: float | None, text: str) -> None:
     assert quantity(value, "N m") == text
-
-
-def test_each_axis_of_a_vehicle_has_a_line() -> None:
-    streams = {"yaw_rate": StreamHealth(received=3, value=0.62)}
-    surge = Health(level="STALE", boot="abc", revision=7, learned=0.5, streams=streams)
-    lines = axes_text("rov", {"yaw": Health(level="OK", boot="abc"), "surge": surge}).splitlines()
-    assert lines[0] == "# rov"
-    assert lines[-2:] == [
-        "| yaw | OK | learning | - | 0 | 0 % |",
-        "| surge | NO DATA | learning | 0.62 m/s | 7 | 50 % |",
-    ]
 
 
 @pytest.mark.parametrize("cut", [1, 7, 100, 151])

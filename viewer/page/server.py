@@ -6,10 +6,14 @@ that has been silent longest is cut off.
 
 from __future__ import annotations
 
+import argparse
+import ipaddress
 import logging
+import re
 import socket
 import sys
 import threading
+from collections.abc import Iterable, Sequence
 from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -18,8 +22,10 @@ from importlib.resources import files
 from typing import Any
 from urllib.parse import parse_qs, unquote, urlsplit
 
+from incsvr.errors import BadInput
+from service.bus.session import client_config, stop_event
+from service.config.sources import add_config_arguments, from_arguments
 from service.wire.json_text import json_text
-from viewer.page.hosts import foreign
 from viewer.page.learner import Learner
 
 log = logging.getLogger(__name__)
@@ -150,3 +156,73 @@ def _cut_off(client: socket.socket) -> None:
         client.shutdown(socket.SHUT_RDWR)
     except OSError:
         return  # it has ended by itself
+
+
+_HOST = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[^\s:/?#@\[\]\\]+)(:\d{1,5})?")
+
+
+def ours(served_at: str, named: Iterable[str]) -> frozenset[str]:
+    """The names that are ours: of this machine, where it is served, and what somebody named."""
+    own = socket.gethostname()
+    return frozenset(_plain(name) for name in ("localhost", own, served_at, *named))
+
+
+def foreign(hosts: Sequence[str], names: frozenset[str]) -> str | None:
+    """The first of the `Host` headers that is not one of ours; None where all are, or none was sent: by no browser."""
+    return next((host for host in hosts if not _is_ours(host, names)), None)
+
+
+def _is_ours(host: str, names: frozenset[str]) -> bool:
+    found = _HOST.fullmatch(host.strip())
+    if found is None:
+        return False
+    name = _plain(found[1])
+    return name in names or name.endswith((".local", ".localhost")) or _is_address(name.strip("[]"))
+
+
+def _is_address(text: str) -> bool:
+    try:
+        ipaddress.ip_address(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _plain(name: str) -> str:
+    return name.lower().removesuffix(".")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_config_arguments(parser)
+    parser.add_argument("--host", default="127.0.0.1", help="address of the page (default 127.0.0.1)")
+    parser.add_argument("--port", type=int, default=9110, help="port of the page; 0 for any (default 9110)")
+    parser.add_argument(
+        "--name",
+        action="append",
+        default=[],
+        help="further host name of the page, such as rov.example.org; addresses, this machine's name and names in "
+        ".local are always served",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    stop = stop_event()
+    config = from_arguments(args)
+    where = config.bus.connect or config.bus.listen
+    learner = Learner(client_config(config.bus), where, config.prefix, config.axis_asked)
+    try:
+        served = server(args.host, args.port, learner, ours(args.host, args.name))
+    except (OSError, OverflowError) as error:
+        raise BadInput(
+            f"{args.host}:{args.port} cannot be served at ({error}); name another one with --host and --port"
+        ) from None
+    host, port = served.server_address[:2]
+    print(f"incsvr page: http://{host!s}:{port}/ shows {config.prefix} of {where}", file=sys.stderr, flush=True)
+    answering = threading.Thread(target=served.serve_forever, daemon=True)
+    answering.start()
+    while not stop.wait(1.0):
+        pass
+    served.shutdown()
+    served.server_close()
+    learner.close()
+    return 0

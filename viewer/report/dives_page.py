@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from incsvr.plant.axes import AXES, YAW
+from incsvr.plant.words import words_of
 from incsvr.vehicle import Comparison
 from incsvr.vehicle.changes import LEVEL
 from incsvr.vehicle.compare import Quantity, Value
@@ -40,7 +41,6 @@ def dives_page(
         level=f"{100.0 * LEVEL:.0f} %",
         shown=[f"{capital(each.sentence)}." for each in compared.shown],
         order=compared.order,
-        changes=[(dive, quantity.name, _percent(value)) for dive, quantity, value in compared.changes],
         explanations=[(dive, [capital(each) for each in found]) for dive, found in explanations.items()],
         charts=[Markup(chart(quantity, compared.dives, values)) for quantity, values in rows],
         tables=[(quantity.name, quantity.unit, _rows(compared.dives, values)) for quantity, values in rows],
@@ -48,7 +48,7 @@ def dives_page(
             (dive, f"{went.seconds:.0f}", [number(went.speed[list(AXES).index(axis)]) for axis in _axes(compared)])
             for dive, went in zip(compared.dives, compared.conditions, strict=True)
         ],
-        axes=[(axis, "m/s" if AXES[axis].along else "rad/s") for axis in _axes(compared)],
+        axes=[(axis, words_of(AXES[axis]).rate_unit) for axis in _axes(compared)],
     )
 
 

@@ -93,6 +93,14 @@ def dots(axes: Axes, x: Array, y: Array, **style: Any) -> None:
     axes.plot(x[::every], y[::every], ".", **style)
 
 
+def over_time(figure: Figure, axes: Axes, label: str) -> None:
+    """The labels and the legend of lines over time."""
+    axes.set_ylabel(label)
+    axes.set_xlabel("time t [s]")
+    axes.margins(x=0.01)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=3)
+
+
 def svg(draw: Callable[[Figure], None], width: float, height: float) -> str:
     """What `draw` puts on a figure of so many inches, as an <svg> element that scales with the page."""
     with rc_context(STYLE):

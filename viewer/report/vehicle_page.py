@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -10,10 +10,11 @@ from matplotlib.figure import Figure
 
 from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.terms import mass_unit
+from incsvr.plant.words import words_of
 from incsvr.vehicle import Identified, Parameter
 from incsvr.vehicle.model import BOUND_REACHED, ESTIMATED, UNKNOWN
 from incsvr.vehicle.validation import Course
-from viewer.report.drawing import AFTER, line, svg
+from viewer.report.drawing import AFTER, line, over_time, svg
 from viewer.report.figures import between, capital, number, rendered
 
 DRAWN_SECONDS = 60.0
@@ -69,10 +70,7 @@ def draw_course(figure: Figure, course: Course, k: int) -> None:
     axes = figure.subplots()
     line(axes, course.time[here], course.measured[here, k], color=BEHIND, linewidth=3.0, label="measured")
     line(axes, course.time[here], course.simulated[here, k], color=AFTER, linewidth=1.5, label="simulated")
-    axes.set_ylabel(f"{axis.name} {axis.symbol} [{_speed(axis.name)}]")
-    axes.set_xlabel("time t [s]")
-    axes.margins(x=0.01)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    over_time(figure, axes, f"{axis.name} {axis.symbol} [{words_of(axis).rate_unit}]")
 
 
 def _headline(found: Identified) -> list[str]:
@@ -124,20 +122,19 @@ def _remark(parameter: Parameter) -> str:
 
 def _errors(found: Identified) -> list[dict[str, Any]]:
     """A table for each time ahead, and for the free run: axis, unit, model, held velocity, the axis by itself."""
-    errors, tables = found.errors, []
-    for ahead, (model, hold, _) in errors.horizons.items():
-        alone = [found.by_itself[axis].horizons.get(ahead) for axis in errors.axes]
+    errors, alone = found.errors, [found.by_itself[axis] for axis in found.errors.axes]
+
+    def table(title: str, trivial: str, *columns: Iterable[float | None]) -> dict[str, Any]:
         rows = [
-            (axis, _speed(axis), number(m), number(h), "–" if own is None else number(float(own[0][0])))
-            for axis, m, h, own in zip(errors.axes, model.tolist(), hold.tolist(), alone, strict=True)
+            (axis, words_of(AXES[axis]).rate_unit, *map(number, values))
+            for axis, *values in zip(errors.axes, *columns, strict=True)
         ]
-        tables.append({"title": f"{ahead:g} s ahead", "columns": ("model", "held", "by itself"), "rows": rows})
-    rows = [
-        (axis, _speed(axis), number(m), number(zero), number(float(found.by_itself[axis].free_run[0])))
-        for axis, m, zero in zip(errors.axes, errors.free_run.tolist(), errors.zero.tolist(), strict=True)
-    ]
-    return [*tables, {"title": "Free run", "columns": ("model", "zero", "by itself"), "rows": rows}]
+        return {"title": title, "columns": ("model", trivial, "by itself"), "rows": rows}
 
-
-def _speed(axis: str) -> str:
-    return "m/s" if AXES[axis].along else "rad/s"
+    tables = []
+    for ahead, (model, hold, _) in errors.horizons.items():
+        own = [each.horizons.get(ahead) for each in alone]
+        beside = (None if each is None else float(each[0][0]) for each in own)
+        tables.append(table(f"{ahead:g} s ahead", "held", model.tolist(), hold.tolist(), beside))
+    own_runs = (float(each.free_run[0]) for each in alone)
+    return [*tables, table("Free run", "zero", errors.free_run.tolist(), errors.zero.tolist(), own_runs)]

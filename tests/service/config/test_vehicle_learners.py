@@ -16,7 +16,7 @@ from incsvr.vehicle import Vehicle
 from service.config.configuration import Config, check_inertia
 from service.config.sources import read
 from service.config.vehicle_file import read_vehicle, write_vehicle
-from service.export.python_module import python_module
+from service.export.formats import python_module
 from simulator.vehicles import BODIES, NAMES
 from tests.vehicle_of_body import vehicle_of
 

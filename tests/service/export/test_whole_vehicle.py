@@ -17,7 +17,7 @@ from incsvr.plant.terms import Term, own_damping
 from incsvr.vehicle import Parameter, Vehicle
 from service.cli.command_line import main
 from service.config.vehicle_file import write_vehicle
-from service.export.python_module import python_module
+from service.export.formats import python_module
 from simulator.vehicles import NAMES
 
 STEP_S, STEPS = 0.05, 120

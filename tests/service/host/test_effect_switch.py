@@ -22,8 +22,7 @@ from service.config.traced_effects import TracedEffects, effects_from_trace
 from service.host.host import Host
 from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import CommittedIteration
-from service.live.trace_content import TraceContent
-from service.live.tracing_state import TracingState
+from service.live.tracing_state import TraceContent, TracingState
 from service.recordings.recording import Recording
 from service.state.store import Store
 from simulator import leng

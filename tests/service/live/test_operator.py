@@ -15,8 +15,7 @@ from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
-from service.live.trace_content import TraceContent
-from service.live.tracing_state import TracingState
+from service.live.tracing_state import TraceContent, TracingState
 from service.state.store import Store
 from simulator.messages import messages
 from simulator.player import play

@@ -8,8 +8,7 @@ from dataclasses import replace
 import pytest
 
 from incsvr.compensation.proof import Verdict
-from service.live.trace_content import FreshProof, TraceContent
-from service.live.tracing_state import MAX_STEPS, TracingState
+from service.live.tracing_state import MAX_STEPS, TraceContent, TracingState
 
 WINDOW, PROOF = 900.0, 300.0
 LAG = TraceContent(({"effect": "torque_lag"},), {})
@@ -62,7 +61,7 @@ def test_more_may_be_found_beside_effects_in_force_and_takes_their_place() -> No
 
 def test_what_waits_for_an_operator_is_proven_again_in_turn_with_what_is_in_force() -> None:
     standing = TracingState(active=LAG).after_trace(900.0, BIAS).after_proof(1200.0, "proven", {})
-    assert standing.proven == replace(BIAS, proof=FreshProof({}, 1200.0))
+    assert standing.proven == replace(BIAS, proof={"error": {}, "until": 1200.0})
     assert standing.under_test == ("active", LAG)
     again = standing.after_proof(1500.0, "kept", {})
     assert again.under_test == ("proven", standing.proven)

@@ -1,0 +1,330 @@
+"""A vehicle as text: a table (csv), elements of Gazebo and of Stonefish, and a Python file that simulates.
+
+What an element cannot hold is in a comment before it. Signs and names were read in each tool's documentation and
+source: gz-sim, systems/hydrodynamics/Hydrodynamics.hh, .cc and HydrodynamicsUtils.hh; SDFormat, inertial.sdf;
+Stonefish, docs/bodies.rst and docs/actuators.rst. Both count hydrodynamic derivatives, negative where they oppose the
+motion. Stonefish counts ahead, to starboard and down, as SNAME does; Gazebo ahead, to port and up.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from string import Template
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.learning.coefficients import Interval
+from incsvr.numerics import Array
+from incsvr.plant.axes import AXES, VELOCITIES
+from incsvr.plant.terms import RIGHTING, WEIGHT, Term, mass_unit
+from incsvr.vehicle import Vehicle
+from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, UNKNOWN
+from incsvr.vehicle.simulation import MAX_STEP_DAMPING, MAX_SUBSTEPS
+
+ALONG, ABOUT = slice(0, 3), slice(3, 6)
+"""Places of the translations and of the rotations in ν."""
+HEADER = ("quantity", "estimate", "low", "high", "unit")
+MASSES = "xyzpqr"
+"""Letters of an added mass in SDFormat, in the order of ν."""
+TURNED = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
+"""The signs of ν between axes to starboard and down, and axes to port and up."""
+STANDARD_GRAVITY = 9.80665
+"""[m/s²]."""
+
+
+@dataclass(frozen=True, slots=True)
+class RigidBody:
+    """A rigid body whose centre of mass is at the origin, and the rest of M.
+
+    Attributes:
+        mass: m [kg]; None where no translation was identified.
+        inertia: (3,) moments about roll, pitch and yaw [kg m²]; None where no rotation was identified.
+        added: (6, 6) M less that body; zero in the rows of axes that were not identified.
+        declared: whether somebody gave the mass and the moments of what was identified.
+        guessed: whether moments stand for axes that nobody identified or gave.
+    """
+
+    mass: float | None
+    inertia: Array | None
+    added: Array
+    declared: bool
+    guessed: bool
+
+
+def parted(
+    vehicle: Vehicle,
+    mass: float | None = None,
+    about_yaw: float | None = None,
+    across: tuple[float, float] | None = None,
+) -> RigidBody:
+    """M in two parts. A log shows only their sum, which moves the vehicle; the body's own mass decides its weight.
+
+    Args:
+        mass: of the body alone [kg]; None takes what the identified axes admit at most.
+        about_yaw, across: moments of the body alone about yaw, and about roll and pitch [kg m²]; None likewise, the
+            same about all three, and all of it about yaw where `across` is given.
+
+    Raises:
+        BadInput: what is given is no inertia, or more than that of body and water together.
+    """
+    for value in (mass, about_yaw, *(across or ())):
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise BadInput(f"{value:g} is no moment of inertia; give a positive number in kg m² (a mass in kg)")
+    if (about_yaw is None) != (across is None) and {"roll", "pitch"} & set(vehicle.axes):
+        raise BadInput("the body's moments of inertia need --dry-inertia and --inertia-xy together, for this vehicle")
+    rows = vehicle.structure.rows
+    total = np.zeros((6, 6))
+    total[np.ix_(rows, rows)] = vehicle.mass_matrix[np.ix_(rows, rows)]
+    diagonal = np.diag(total)
+    along, about = diagonal[ALONG][diagonal[ALONG] > 0.0], diagonal[ABOUT][diagonal[ABOUT] > 0.0]
+    body = np.zeros(6)
+    body[ALONG] = along.min(initial=np.inf) if mass is None else mass
+    usual = about.min(initial=np.inf) if about_yaw is None else about_yaw
+    body[ABOUT] = (*((usual, usual) if across is None else across), usual)
+    given = about_yaw is not None or across is not None
+    if mass is None and not given:
+        # The largest part of such a body that leaves an added mass without negative energies.
+        scale = 1.0 / np.sqrt(body[rows])
+        body *= min(1.0, float(np.linalg.eigvalsh(total[np.ix_(rows, rows)] * np.outer(scale, scale))[0]))
+    added = total.copy()
+    added[rows, rows] -= body[rows]
+    for row in rows:
+        if added[row, row] < -1e-9 * total[row, row]:
+            raise BadInput(
+                f"the body alone has {body[row]:g} along {list(AXES)[row]}, and body and water together "
+                f"{total[row, row]:.6g}; give less with --dry-mass, --dry-inertia and --inertia-xy"
+            )
+    added[np.abs(added) < 1e-12 * diagonal.max()] = 0.0  # what rounding leaves of nothing
+    turns = bool(np.isfinite(body[ABOUT]).all())
+    return RigidBody(
+        float(body[0]) if np.isfinite(body[0]) else None,
+        body[ABOUT] if turns else None,
+        added,
+        (mass is not None or not along.size) and (given or not about.size),
+        turns and across is None and about.size < 3,
+    )
+
+
+def table(figures: Iterable[tuple[str, Interval, str]]) -> str:
+    """One figure a row as CSV, with its interval and unit."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(HEADER)
+    for name, p, unit in figures:
+        ends = ("" if math.isnan(end) else repr(end) for end in (p.low, p.high))
+        writer.writerow([name, repr(p.estimate), *ends, unit])
+    return out.getvalue()
+
+
+def vehicle_figures(vehicle: Vehicle) -> Iterator[tuple[str, Interval, str]]:
+    """The figures of a vehicle by name, with their units; damping counts positive where it opposes."""
+    masses = (
+        (f"{one} inertia" if one == other else f"{one}-{other} inertia", p, mass_unit(one, other))
+        for (one, other), p in vehicle.mass.items()
+    )
+    terms = ((f"{term.axis} {term.name}", p, term.unit) for term, p in vehicle.terms.items())
+    lags = ((f"{axis} thrust lag", p, "s") for axis, p in vehicle.lags.items())
+    for name, p, unit in (*masses, *terms, *lags):
+        yield name, Interval(p.value, p.low, p.high), unit
+
+
+def python_module(vehicle: Vehicle) -> str:
+    """A Python file that needs NumPy alone and simulates as `incsvr` does."""
+    names, structure = list(AXES), vehicle.structure
+    return _filled(
+        "python",
+        name=vehicle.name.replace("\\", "\\\\").replace('"', '\\"'),
+        doubts=[f"# {each}" for each in doubts(vehicle)],
+        axes=repr(names),
+        rows=structure.rows,
+        mass=vehicle.mass_matrix.tolist(),
+        lags={names.index(axis): parameter.value for axis, parameter in vehicle.lags.items()},
+        fastest=vehicle.fastest.tolist(),
+        decay=vehicle.decay,
+        terms=[
+            f"    f[{term.row}] += {p.value!r} * {_expression(term)}  # {term.name} [{term.unit}]"
+            for term, p in vehicle.terms.items()
+        ],
+        max_decay=MAX_STEP_DAMPING,
+        max_substeps=MAX_SUBSTEPS,
+    )
+
+
+def gazebo(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]]:
+    """The link's <inertial> with its <fluid_added_mass>, and the Hydrodynamics plugin of gz-sim; and the remarks.
+
+    Args:
+        flu: whether the vehicle file counts to port and up already.
+    """
+    sign = np.ones(6) if flu else TURNED
+    added = body.added * np.outer(sign, sign)
+    elements = {
+        term: (_letters(term), -p.value * sign[term.row] * float(np.prod(sign[_factors(term)[0]])))
+        for term, p in vehicle.terms.items()
+        if any(_factors(term))
+    }
+    remarks = [
+        *_remarks(vehicle, body, elements, flu),
+        "Axes are Gazebo's: ahead, to port, up. The link is called base_link here.",
+        "The added mass is in <fluid_added_mass> (SDFormat 1.10, gz-sim 8, the physics engine DART), with the Coriolis "
+        "forces that follow from it. The plugin's own stays switched off: it takes explicit steps, and its Coriolis "
+        "forces know the diagonal alone and, by its source, push the wrong way.",
+        "Before gz-sim 8 an element <xUabsU> is called <xUU>.",
+        *[f"Thrust lag of {axis}: {p.value:.4g} s; the Thruster plugin has none." for axis, p in vehicle.lags.items()],
+    ]
+    places = [(int(a), int(b)) for a, b in np.argwhere(np.triu(added))]
+    parts = [] if body.mass is None else _lines([("mass", body.mass)])
+    if body.inertia is not None:
+        moments = _lines(zip(("ixx", "iyy", "izz"), body.inertia.tolist(), strict=True))
+        parts += ["  <inertia>", *(f"  {line}" for line in moments), "  </inertia>"]
+    text = _filled(
+        "gazebo",
+        remarks=_comment(remarks),
+        body=parts,
+        water=[f"  {each}" for each in _lines((MASSES[a] + MASSES[b], added[a, b]) for a, b in places)],
+        terms=_lines(elements.values()),
+    )
+    return text, remarks
+
+
+def stonefish(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]]:
+    """The elements of Stonefish: mass, moments of inertia, centre of gravity and the rotors' lag; and the remarks."""
+    righting = {term: p.value for term, p in vehicle.terms.items() if term.kind == RIGHTING}
+    remarks = [
+        *_remarks(vehicle, body, righting, flu),
+        "Stonefish makes drag and added mass of the body's shape and has no place for identified ones. "
+        '<hydrodynamics viscous_drag="0 0 0" quadratic_drag="0 0 0"/> takes the drag of the shape away; apply the '
+        "coefficients as a force of your own.",
+        'With physics="floating" Stonefish adds no mass by the shape: the moments of inertia below include the water, '
+        "and <mass> is the body's alone, for there is one for three directions.",
+    ]
+    elements = [] if body.mass is None else [f'<mass value="{body.mass:.9g}"/>']
+    if body.inertia is not None:
+        whole = body.inertia + np.diag(body.added)[3:]
+        elements.append(f'<inertia xyz="{" ".join(f"{value:.9g}" for value in whole.tolist())}"/>')
+    if righting and body.mass is not None:
+        depth = float(np.mean(list(righting.values()))) / (body.mass * STANDARD_GRAVITY)
+        elements.append(f'<cg xyz="0 0 {depth:.9g}" rpy="0 0 0"/>')
+    rotors = [
+        f'<!-- into the <actuator> of each thruster of {axis} -->\n<rotor_dynamics type="first_order">\n'
+        f'  <time_constant value="{p.value:.9g}"/>\n</rotor_dynamics>'
+        for axis, p in vehicle.lags.items()
+    ]
+    return _filled("stonefish", remarks=_comment(remarks), body=elements, rotors=rotors), remarks
+
+
+def doubts(vehicle: Vehicle) -> list[str]:
+    """The parameters that the dives do not show, and what else is doubted, as sentences."""
+    named = {f"{t.axis} {t.name}": p for t, p in vehicle.terms.items()}
+    named |= {f"{a} inertia" if a == b else f"{a}-{b} inertia": p for (a, b), p in vehicle.mass.items()}
+    unsure = [f"{name} ({p.origin})" for name, p in named.items() if p.origin in (UNKNOWN, BOUND_REACHED, ASSUMED)]
+    found = [f"The dives do not show: {', '.join(unsure)}."] if unsure else []
+    return [*found, *(f"Doubt: {each}." for each in vehicle.doubts)]
+
+
+def _remarks(vehicle: Vehicle, body: RigidBody, held: Collection[Term], flu: bool) -> list[str]:
+    """Sentences on elements that contain the terms `held`: their range, the guesses, and the parts left out."""
+    fastest = ", ".join(
+        f"{n} {v:.3g}" for n, v in zip(AXES, vehicle.fastest.tolist(), strict=True) if n in vehicle.axes
+    )
+    missing = [name for name in AXES if name not in vehicle.axes]
+    lost = [
+        f"{t.axis} {t.name} = {p.value:.4g} {t.unit}"
+        for t, p in vehicle.terms.items()
+        if t not in held and t.kind not in (RIGHTING, WEIGHT)
+    ]
+    found = [f"{vehicle.name}, identified by incsvr up to {fastest} (m/s, rad/s); beyond, it is a guess."]
+    if missing:
+        found.append(f"Not identified, and 0 here: added mass and damping of {', '.join(missing)}; put in your own.")
+    found += doubts(vehicle)
+    if lost:
+        found.append(f"This format cannot hold: {'; '.join(lost)}.")
+    part = "as declared" if body.declared else "the largest that body and water together admit"
+    cure = "" if body.declared else "; --dry-mass, --dry-inertia and --inertia-xy declare it"
+    found.append(
+        f"The dives show only the sum of body and water. The body's part is {part}{cure}. The rest is added mass."
+    )
+    if body.guessed:
+        found.append("The body's moments about the axes that are not identified are guesses.")
+    for term, p in vehicle.terms.items():
+        if term.kind == RIGHTING:
+            height = "" if body.mass is None else f", {p.value / (body.mass * STANDARD_GRAVITY):.4g} m for this mass"
+            found.append(
+                f"Righting moment of {term.axis}: {p.value:.4g} N m = weight times the height of the centre of "
+                f"buoyancy above the centre of mass{height}."
+            )
+        elif term.kind == WEIGHT:
+            found.append(f"Weight less buoyancy: {-p.value if flu else p.value:.4g} N; choose the volume so.")
+    return found
+
+
+def _factors(term: Term) -> tuple[list[int], list[int]]:
+    """Places in ν of the velocities that a term multiplies, and of those whose size it multiplies; none for others."""
+    of = [VELOCITIES.index(name) for name in term.of if name in VELOCITIES]
+    match term.kind:
+        case "linear":
+            return [term.row], []
+        case "quadratic":
+            return [term.row], [term.row]
+        case "cross" | "product":
+            return of, []
+        case "cross_size":
+            return of[1:], of[:1]
+        case "square":
+            return of * 2, []
+        case _:
+            return [], []
+
+
+def _letters(term: Term) -> str:
+    """The element of Gazebo's plugin that holds a term of velocities."""
+    letters = [axis.symbol.upper() for axis in AXES.values()]
+    own, sizes = _factors(term)
+    force = AXES[term.axis].force_symbol.lower()
+    return force + "".join(letters[k] for k in own) + "".join(f"abs{letters[k]}" for k in sizes)
+
+
+def _expression(term: Term) -> str:
+    """φ in the names of the Python file."""
+    own, sizes = _factors(term)
+    if own:
+        return " * ".join([*(f"u[{k}]" for k in own), *(f"abs(u[{k}])" for k in sizes)])
+    match term.kind:
+        case "effort":
+            return f"-w[{list(AXES).index(term.of[0])}]"
+        case "inflow":
+            return f"w[{term.row}] * abs(u[{VELOCITIES.index(term.of[0])}])"
+        case "reverse":
+            return f"min(w[{term.row}], 0.0)"
+        case "weight":
+            down = {"surge": "-np.sin(pitch)", "sway": "np.cos(pitch) * np.sin(roll)"}
+            return f"-({down.get(term.axis, 'np.cos(pitch) * np.cos(roll)')})"
+        case "righting":
+            return "np.cos(pitch) * np.sin(roll)" if term.axis == "roll" else "np.sin(pitch)"
+        case _:
+            return "1.0"
+
+
+def _filled(template: str, /, **values: object) -> str:
+    """The text of a template; a list of lines takes the place of a line, and an empty one takes it away."""
+    lines = list[str]()
+    for line in (files("service.export") / f"{template}.template").read_text(encoding="utf-8").splitlines():
+        value = values.get(line.strip().removeprefix("$"))
+        lines += map(str, value) if isinstance(value, list) else [Template(line).substitute(values)]
+    return "\n".join(lines) + "\n"
+
+
+def _lines(elements: Iterable[tuple[str, float]]) -> list[str]:
+    """Elements with a number each."""
+    return [f"  <{name}>{value:.9g}</{name}>" for name, value in elements]
+
+
+def _comment(remarks: Sequence[str]) -> list[str]:
+    """Lines of a comment, in which two hyphens may not stand, so that others take their place."""
+    return ["     " + line.replace("--", "\u2010\u2010") for line in remarks]
