@@ -20,8 +20,6 @@ from service.wire.iteration import SETS, Batch, EffectsLedger, IterationHistory,
 from service.wire.keys import Keys
 from service.wire.measurements import Measurement, measurement
 from service.wire.model import (
-    Coefficient,
-    Coefficients,
     Kernel,
     ModelSnapshot,
     NoiseByRate,
@@ -34,8 +32,6 @@ from service.wire.model import (
 __all__ = [
     "SETS",
     "Batch",
-    "Coefficient",
-    "Coefficients",
     "DampingQuery",
     "DampingReply",
     "EffectsLedger",
