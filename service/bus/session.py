@@ -182,9 +182,14 @@ def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
     """The error that explains why no session was opened: `BusRefusal` if the endpoint is in use."""
     tls = bool(tls_section(config))
     if "address already in use" in str(error).lower():
-        from service.bus.port_occupant import port_in_use
-
-        return BusRefusal(port_in_use(endpoints(config, "listen"), tls))
+        endpoint = next(iter(endpoints(config, "listen")), "the endpoint")
+        cure = f"listen at another port with --listen, or be its client with --connect {endpoint}"
+        if tls:
+            cure = "or make keys for another port (`incsvr keys --listen`)"
+        return BusRefusal(
+            f"{endpoint} is in use, by another learner, a router or another program (`incsvr status` shows a learner, "
+            f"`ss -ltnp` any program); end it, {cure}"
+        )
     refused = [each.sentence_now() for each in certificates(config) if each.refused_now]
     if refused and refused[0] is not None:
         return BusRefusal(refused[0])
