@@ -20,12 +20,12 @@ from service.bus.session import (
     open_session,
     stop_event,
 )
+from service.bus.taken_prefix import take_prefix
 from service.config.configuration import Config, check_inertia
 from service.config.sources import add_config_arguments, from_arguments
 from service.health import systemd
 from service.host.host import Host
 from service.host.worker_threads import WorkerThreads
-from service.learner.duplicate_learner import take_prefix
 from service.wire import Keys
 from service.wire.json_text import json_text
 
@@ -91,7 +91,7 @@ def serve(config: Config, stop: threading.Event) -> None:
     configs = config.each()
     try:
         hub = config.bus.connect is not None or config.bus.zenoh_file is not None
-        taken = [take_prefix(session, each.prefix, stop, hub) for each in configs if not each.bus.allow_second]
+        taken = [take_prefix(session, each.prefix, stop, hub) for each in configs]
         hosts = [Host(session, each, len(configs), each.thrust_axes(configs)) for each in configs]
         gc.freeze()  # what was loaded stays to the end: to look through it for garbage would delay an answer by 20 ms
         with WorkerThreads(hosts, lambda: systemd.tell(systemd.ALIVE), systemd.stroke_period()):

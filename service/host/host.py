@@ -33,7 +33,6 @@ from service.host.effect_switch import EffectSwitch
 from service.host.persist_then_publish import PARAMETERS_KEY, PersistThenPublish
 from service.host.thrust_words import pause_words, thrust_event, thrust_notice
 from service.inputs.settings import Axis
-from service.learner.duplicate_learner import DuplicateLearner
 from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
 from service.recordings.archive import archive_of
@@ -69,7 +68,6 @@ class Host:
         self.node.validate_on(
             {name: read_validation(path, config, effects) for name, path in config.validation.items()}
         )
-        self._duplicate = DuplicateLearner(session, self.keys, self.node.boot, time.monotonic)
         zenoh_file = config.bus.zenoh_file
         self._certificates = () if zenoh_file is None else certificates(from_file(zenoh_file))
         self._archive = archive_of(config, self.node.boot, learners)
@@ -165,7 +163,6 @@ class Host:
         notices = (
             *(sentence for sentence in dated if sentence is not None),
             *(() if store is None else store.notices),
-            *self._duplicate.notice(),
             *(() if effects is None else effects.warnings),
             *(() if mapped is None else mapped.notices()),
             *(() if self._archive is None else self._archive.notices()),
@@ -247,7 +244,6 @@ class Host:
         """Undeclares all but the publishers: theirs may take ten seconds, and ends with the session."""
         self.feed.close()
         self.answers.close()
-        self._duplicate.close()
 
     def _decide(self, verb: OperatorVerb, name: str) -> bytes:
         """Carries out the decision of an operator (`EffectSwitch.decide`)."""

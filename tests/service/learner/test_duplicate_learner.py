@@ -10,7 +10,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service.bus.session import client_config_at, free_endpoint, open_session
-from service.learner.duplicate_learner import take_prefix
+from service.bus.taken_prefix import take_prefix
 
 LEARNERS = 3
 
