@@ -19,7 +19,7 @@ from incsvr.numerics import Array
 from incsvr.signals.message_rates import slow_torque
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
-from service.commands.report_head import PLOTS
+from service.commands.arguments import PLOTS
 from service.config.sources import add_client_arguments, from_arguments
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.clocks import without_leaps

@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from service.config.configuration import Config, merge, validate
+from service.config.configuration import Config, merge, unknown, validate
 from service.config.core_yaml import MAX_CHARACTERS, Document, parse
-from service.config.removed import unknown
 from service.config.vehicle_file import learners_in
 from service.inputs.presets.defaults import defaults
 

@@ -21,10 +21,8 @@ from incsvr.signals.streams import JUMP_S, Reading
 from service import wire
 from service.config.sections import HealthLimits
 from service.health import sentences
-from service.health.learning_state import LearningState
-from service.health.sample_rate_watch import SampleRateWatch
-from service.health.starvation import Starvation, slow_stream
-from service.health.stream_monitor import RecentRejections, StreamMonitor
+from service.health.starvation import LearningState, Starvation, slow_stream
+from service.health.stream_monitor import RecentRejections, SampleRateWatch, StreamMonitor
 from service.learner.node import LearnerNode
 
 WARN_S = 10.0

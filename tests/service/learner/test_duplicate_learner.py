@@ -9,8 +9,7 @@ import pytest
 import zenoh
 
 from incsvr.errors import BadInput
-from service.bus.session import client_config_at, free_endpoint, open_session
-from service.bus.taken_prefix import take_prefix
+from service.bus.session import client_config_at, free_endpoint, open_session, take_prefix
 
 LEARNERS = 3
 
