@@ -30,7 +30,7 @@ ALLOWED = {
         "viewer",
         "incsvr",
         "service.wire",
-        "service.inputs.quantities",
+        "service.inputs.units",
         "service.recordings",
         "service.config",
         "service.cli.console",

@@ -14,7 +14,7 @@ from rich.text import Text
 
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
-from service.inputs.quantities import si_unit
+from service.inputs.units import si_unit
 from service.wire import Health, ModelSnapshot, StreamHealth
 
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}

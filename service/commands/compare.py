@@ -27,9 +27,8 @@ from service.commands import log_configuration
 from service.commands.arguments import REPORT_WRITER, add_report_argument, provenance
 from service.commands.identify import TAKES, configured
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
-from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import DIVE_GIVEN_TWICE, refuse_implausible, refuse_twice
-from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.reading import Reading, add_log_arguments, read_body
 from service.recordings.recording import Recording
 
 MAX_LINES = 40

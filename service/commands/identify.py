@@ -26,9 +26,8 @@ from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.vehicle_file import MARK, is_name, read_values, write_vehicle
 from service.number import number_of
-from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import refuse_implausible, refuse_twice
-from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.reading import Reading, add_log_arguments, read_body
 from service.recordings.recording import Recording, of_axis
 from service.wire.section import entries_of
 

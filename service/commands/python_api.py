@@ -36,7 +36,7 @@ from service.commands.arguments import PLOTS
 from service.commands.identify import text as identify_text
 from service.commands.trace import text as trace_text
 from service.config.sources import read as read_config
-from service.inputs.quantities import si_unit
+from service.inputs.units import si_unit
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 

@@ -23,11 +23,11 @@ from service.bus.publishers import JSON
 from service.config.traced_effects import OperatorVerb
 from service.health.health_watch import HealthWatch
 from service.learner import questions
-from service.learner.damping_query import DampingQuery, velocity_names
-from service.learner.estimates import forecast_reply
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.node import LearnerNode
 from service.learner.published import NothingLearned, damping_reply
+from service.learner.questions import DampingQuery, velocity_names
+from service.learner.stand_in import forecast_reply
 from service.state.history import History
 from service.state.state_file import Row
 

@@ -34,8 +34,8 @@ from service.host.answers import Answers
 from service.host.effect_switch import EffectSwitch
 from service.host.persist_then_publish import PARAMETERS_KEY, PersistThenPublish
 from service.inputs.settings import Axis
-from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
+from service.learner.stand_in import estimate
 from service.recordings.archive import archive_of
 from service.recordings.validation import read_validation
 from service.state.history import IN_MEMORY_BYTES, History

@@ -30,7 +30,6 @@ from service import wire
 from service.config.configuration import Config
 from service.config.traced_effects import TracedEffects
 from service.learner.batches import MAX_WAITING_BATCHES, Batches
-from service.learner.damping_query import DampingQuery
 from service.learner.prepared_iteration import (
     CommittedIteration,
     PreparedIteration,
@@ -41,10 +40,10 @@ from service.learner.prepared_iteration import (
     train,
 )
 from service.learner.published import ServedModel, damping_reply, snapshot
-from service.learner.recent_batches import RecentBatches
+from service.learner.questions import DampingQuery
 from service.learner.stand_in import StandIn
 from service.learner.thrust import ThrustWatch
-from service.learner.window import Window
+from service.learner.window import RecentBatches, Window
 from service.state.restored import restore
 
 

@@ -16,7 +16,7 @@ from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from service.bus.session import answer, open_session
-from service.inputs.quantities import si_unit
+from service.inputs.units import si_unit
 from service.wire import (
     EffectsLedger,
     FormType,

@@ -21,7 +21,7 @@ from service.config.traced_effects import read_effects
 from service.export.learned import of_file
 from service.inputs.forms.decoding import Undecodable, decoder
 from service.inputs.forms.own import InvalidMeasurement, parse
-from service.learner.damping_query import parse_numbers
+from service.learner.questions import parse_numbers
 
 RECORDING = "t,yaw_rate,torque\n0,0.1,1\n1,0.1,350_0\n"
 COMMANDS = [

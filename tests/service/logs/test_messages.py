@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from service.cli.command_line import main
-from service.inputs.quantities import intended_quantity
+from service.inputs.units import intended_quantity
 from tests.service import link
 from tests.service.logs.dive import Dive, dive
 from tests.service.logs.test_middleware import dive_bag
