@@ -28,7 +28,6 @@ from service.wire.json_text import json_text
 
 if TYPE_CHECKING:
     from service.config.sections import Bus
-    from service.security.certificate_validity import Validity
 
 
 log = logging.getLogger(__name__)
@@ -128,7 +127,7 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
         stop: ends the waiting.
 
     Raises:
-        BusRefusal: the endpoint is taken, or our certificate is not valid now; at once where the patience has an end.
+        BusRefusal: the endpoint is taken; at once where the patience has an end.
         BadInput: nobody listens there.
     """
     zenoh.init_log_from_env_or("error")
@@ -150,9 +149,6 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
                 log.log(level, "waiting for the bus: %s", problem)
             said, look = str(problem), time.monotonic() + LOOK_PERIOD_S
         else:
-            for each in certificates(config):
-                if (sentence := each.sentence_now()) is not None:
-                    log.warning("%s", sentence)
             return session
 
 
@@ -166,19 +162,10 @@ def nobody_at(bus: Bus) -> str:
     if bus.zenoh_file is not None:
         cure = (
             "start `incsvr serve`; if it runs, use the files that `incsvr keys` made with its own, at the endpoint "
-            "that they name, and compare clocks and ends of the certificates on both machines (`incsvr config check`)"
+            "that they name, and compare clocks and ends of the certificates on both machines (`date`, "
+            "`openssl x509 -noout -dates -in FILE.pem`)"
         )
     return f"no bus answers at {client_place(bus)}: {cure}"
-
-
-def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
-    """The validity of a configuration's certificates; none without TLS."""
-    if not tls_section(config):
-        return ()
-    # Loaded where it is needed alone: most buses have none.
-    from service.security.certificate_validity import validities
-
-    return validities(config)
 
 
 def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
@@ -193,9 +180,6 @@ def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
             f"{endpoint} is in use, by another learner, a router or another program (`incsvr status` shows a learner, "
             f"`ss -ltnp` any program); end it, {cure}"
         )
-    refused = [each.sentence_now() for each in certificates(config) if each.refused_now]
-    if refused and refused[0] is not None:
-        return BusRefusal(refused[0])
     return BadInput(_first_line(error))
 
 
