@@ -18,9 +18,9 @@ POLICIES = ("paper", "weighted")
 POLICY_HELP = "policy that selects the samples to keep (default: weighted, or as configured)"
 
 
-def add_question_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0) -> None:
+def add_question_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of a command that asks a learner, after those that say what."""
-    add_client_arguments(parser, wait_s)
+    add_client_arguments(parser)
     add_json_argument(parser)
 
 

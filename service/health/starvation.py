@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING
 
 from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals import REQUIRED, TORQUE, SignalSettings
@@ -17,34 +17,8 @@ from incsvr.signals.bursts import in_bursts
 from incsvr.signals.settings import COMMANDED, SETTLING_S
 from incsvr.signals.streams import JUMP_S, Reading
 
-State = Literal["learning", "starved", "paused"]
-
-
-@dataclass(frozen=True, slots=True)
-class LearningState:
-    """Whether the learner learns, the vehicle's time [s] since which, and why not in one sentence.
-
-    starved: measurements come, and no sample can be made of them, or none that is evidence about damping. paused:
-    samples are made, and a check keeps them from being learned. The served model stays the last one that was learned.
-    """
-
-    state: State = "learning"
-    since: float = 0.0
-    why: str = ""
-
-    @property
-    def sentence(self) -> str:
-        """The sentence for people."""
-        return f"learning is {self.state}: {self.why}" if self.why else "learning"
-
-    def now(self, paused: str | None, starved: str | None, t: float) -> LearningState:
-        """The state at the vehicle's time t [s], given why learning is paused and why there is no evidence.
-
-        A pause is said before a lack of samples: somebody decided it. `since` moves with the state alone.
-        """
-        state: State = "paused" if paused else "starved" if starved else "learning"
-        return LearningState(state, self.since if state == self.state else t, paused or starved or "")
-
+if TYPE_CHECKING:
+    from service.learner.batches import Batches
 
 STARVED_AFTER_S = 4.0
 """The time without a sample, while both streams come, after which the learner is starved [s], of the data or by the
@@ -52,15 +26,6 @@ wall's clock: five are promised, and health is looked at twice a second."""
 SILENT_AFTER_S = 2.0
 """The silence after which a stream is the cause [s], by the clock on the wall."""
 _UNITS = {1e3: "milliseconds", 1e6: "microseconds"}
-
-
-class SampleSource(Protocol):
-    """The part of a learner's batches that this file reads."""
-
-    samples_seen: int
-
-    @property
-    def rejected_by_stream(self) -> Mapping[str, Mapping[str, int]]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,9 +61,7 @@ class Starvation:
         """The vehicle's time of the last sample, or of what came first [s]."""
         return self._since.t
 
-    def why(
-        self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading], fed: SampleSource
-    ) -> str | None:
+    def why(self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading], fed: Batches) -> str | None:
         """The sentence, at a time of the wall's clock [s]; None while samples are made, or none is due yet.
 
         Args:

@@ -219,13 +219,6 @@ class Answers:
         return wire.encode(self._watch.report(self._node))
 
     def _effects(self, query: zenoh.Query) -> bytes:
-        for verb in ("promote", "withdraw"):
-            name = query.parameters.get(verb)
-            if name is not None:
-                raise BadInput(
-                    f"{verb}= has a key of its own, for the role operator alone: "
-                    f"{query.key_expr}/{verb}?effect={name[:80]}"
-                )
         questions.parameters(query)
         return wire.encode(self._node.ledger)
 

@@ -85,26 +85,21 @@ class VehicleParameters:
     """The parameters that vehicles have sent.
 
     Args:
-        kept: as `by_system` gave it in an earlier process, or names and values of no vehicle that is known.
+        kept: as `by_system` gave it in an earlier process.
 
     Attributes:
-        by_system: values by name, by vehicle; under an empty name those of which nobody knows the vehicle.
+        by_system: values by name, by vehicle.
     """
 
     def __init__(self, kept: Mapping[str, Any] | None = None) -> None:
-        self.by_system: dict[str, dict[str, float]] = {}
-        for name, value in (kept or {}).items():
-            if isinstance(value, Mapping):
-                self.by_system[name] = dict(value)
-            else:
-                self.by_system.setdefault("", {})[name] = float(value)
+        self.by_system: dict[str, dict[str, float]] = {name: dict(told) for name, told in (kept or {}).items()}
         self._changes: dict[str, deque[str]] = {}
 
     def of(self, system: str) -> dict[str, float]:
         """The parameters of a vehicle; before one is taken, those of the only one that sent any."""
-        known = [name for name in self.by_system if name]
-        system = known[0] if not system and len(known) == 1 else system
-        return {**self.by_system.get("", {}), **(self.by_system.get(system, {}) if system else {})}
+        if not system and len(self.by_system) == 1:
+            (system,) = self.by_system
+        return dict(self.by_system.get(system, {}))
 
     def take(self, system: str, message: Any, when: float | None) -> bool:
         """Takes a PARAM_VALUE of a vehicle, as JSON, at a time of its clock [s]; True where it changes something."""

@@ -263,7 +263,7 @@ def cut_log(
         since_1970: what makes seconds since 1970 of the stamps of the measurements [s]; None where nothing says it.
 
     Raises:
-        NothingHeld: it holds nothing.
+        EmptyCut: it holds nothing.
         BadInput: it is a time of day, and nothing says it.
     """
     written = {name: writing_times(table, inputs) for name, table in tables.items()}

@@ -87,7 +87,7 @@ class ArchiveReader:
         """The messages within a cut: seconds count from the first message, times of day are the wall's.
 
         Raises:
-            NothingHeld: nothing came in it.
+            EmptyCut: nothing came in it.
         """
         if not cut:
             return self

@@ -62,7 +62,7 @@ def cut_recording(recording: Recording, cut: Cut, since_1970: float | None) -> R
         since_1970: what makes seconds since 1970 of its stamps [s]; None where nothing says it.
 
     Raises:
-        NothingHeld: there is no row in it.
+        EmptyCut: there is no row in it.
         BadInput: the cut is a time of day, and nothing says it.
     """
     if not cut or not recording.time.size:
@@ -136,7 +136,7 @@ class Reading:
         """Each dive as a recording: a file, or several that are parts of one; those that a cut leaves out are said.
 
         Raises:
-            NothingHeld: the cut holds nothing of any of them.
+            EmptyCut: the cut holds nothing of any of them.
         """
         found, left_out = list[Recording](), list[EmptyCut]()
         with progress(f"reading {paths[0].name}" if len(paths) == 1 else "reading", _several(paths)) as advance:

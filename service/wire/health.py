@@ -39,11 +39,23 @@ class StreamHealth(Form):
 
 
 class Learning(Form):
-    """Whether samples are made and learned, since when in the vehicle's time [s], and why not in one sentence."""
+    """Whether samples are made and learned, since when in the vehicle's time [s], and why not in one sentence.
+
+    starved: measurements come, and no sample can be made of them, or none that is evidence about damping. paused:
+    samples are made, and a check keeps them from being learned. The served model stays the last one that was learned.
+    """
 
     state: Literal["learning", "starved", "paused"] = "learning"
     since: float = 0.0
     why: str = ""
+
+    def now(self, paused: str | None, starved: str | None, t: float) -> Learning:
+        """The state at the vehicle's time t [s], given why learning is paused and why there is no evidence.
+
+        A pause is said before a lack of samples: somebody decided it. `since` moves with the state alone.
+        """
+        why, state = paused or starved or "", "paused" if paused else "starved" if starved else "learning"
+        return Learning(state=state, since=self.since if state == self.state else t, why=why)
 
 
 Level = Literal["OK", "WARN", "ERROR", "STALE"]
