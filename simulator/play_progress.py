@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from service.cli.console import Console
+from service.cli.display import Console
 
 LINE_PERIOD_S = 30.0
 """Between two lines [s], wall time: a log that is read afterwards."""

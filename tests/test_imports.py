@@ -24,7 +24,7 @@ ALLOWED = {
         "service.logs",
         "service.config",
         "service.bus.session",
-        "service.cli.console",
+        "service.cli.display",
     },
     "viewer": {
         "viewer",
@@ -33,7 +33,7 @@ ALLOWED = {
         "service.inputs.units",
         "service.recordings",
         "service.config",
-        "service.cli.console",
+        "service.cli.display",
         "service.cli.extras",
         "service.bus.session",
     },

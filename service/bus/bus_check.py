@@ -15,10 +15,9 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
-from service.bus.session import from_file
+from service.bus.session import endpoints, from_file, section, tls_files
 from service.config.configuration import Config
 from service.config.sections import Bus
-from service.security.zenoh_file import endpoints, section, tls_files
 from service.state.disk_refusals import OTHER_STATE, unwritable, user_name
 from service.wire import Keys
 

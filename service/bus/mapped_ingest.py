@@ -16,8 +16,16 @@ import zenoh
 from zenoh.handlers import Callback
 
 from incsvr.errors import BadInput
-from service.bus.feed import Arrived, Measurements
-from service.bus.ingest import AS_JSON, MAX_PAYLOAD_BYTES, MESSAGE_OVERHEAD_BYTES, QUEUE_BYTES, RING_PLACES, places
+from service.bus.ingest import (
+    AS_JSON,
+    MAX_PAYLOAD_BYTES,
+    MESSAGE_OVERHEAD_BYTES,
+    QUEUE_BYTES,
+    RING_PLACES,
+    Arrived,
+    Measurements,
+    places,
+)
 from service.config.configuration import Config
 from service.health.health_watch import HealthWatch
 from service.inputs.bus_keys import BRIDGE_TOKENS, announced_type

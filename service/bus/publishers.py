@@ -9,7 +9,7 @@ import zenoh
 from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publisher
 
 from service import wire
-from service.cli.log_lines import learning_line
+from service.cli.output import learning_line
 from service.config.configuration import Config
 from service.recordings.archive import Archive
 

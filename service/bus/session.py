@@ -7,6 +7,7 @@ learner is one more client of it. A Zenoh JSON5 file (TLS, access control) repla
 from __future__ import annotations
 
 import copy
+import json
 import logging
 import math
 import signal
@@ -14,20 +15,51 @@ import socket
 import threading
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import zenoh
 
 from incsvr.errors import BadInput
 from service import wire
-from service.security.zenoh_file import endpoints, tls_section
 from service.wire.form import FormType, decode
 from service.wire.json_text import json_text
 
 if TYPE_CHECKING:
     from service.config.sections import Bus
+
+
+_FILES = (
+    "root_ca_certificate",
+    "listen_certificate",
+    "listen_private_key",
+    "connect_certificate",
+    "connect_private_key",
+)
+
+
+def section(config: zenoh.Config, name: str) -> Any:
+    """A part of it, such as access_control; None where it is not given."""
+    return json.loads(config.get_json(name))
+
+
+def endpoints(config: zenoh.Config, side: Literal["listen", "connect"]) -> list[str]:
+    """The endpoints to listen at or to connect to; a file may give them for each mode."""
+    found = section(config, f"{side}/endpoints") or []
+    return [endpoint for part in found.values() for endpoint in part] if isinstance(found, dict) else list(found)
+
+
+def tls_section(config: zenoh.Config) -> Mapping[str, Any]:
+    """The TLS section of the file; empty if there is none."""
+    found = section(config, "transport/link/tls") or {}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def tls_files(config: zenoh.Config) -> dict[str, Path]:
+    """The certificates and keys that it names."""
+    tls = tls_section(config)
+    return {name: Path(tls[name]) for name in _FILES if name in tls}
 
 
 log = logging.getLogger(__name__)

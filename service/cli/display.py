@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import sys
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from rich.console import Group, RenderableType
+from rich.console import Console as RichConsole
+from rich.console import ConsoleOptions, Group, RenderableType
 from rich.padding import Padding
 from rich.rule import Rule
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
+from service.cli.terminal import behind, shown
 from service.inputs.units import si_unit
 from service.wire import Health, ModelSnapshot, StreamHealth
+
+
+class Console(RichConsole):
+    """A console on standard output, or on standard error."""
+
+    def __init__(self, *, stderr: bool = False, **more: Any) -> None:
+        super().__init__(**{"file": behind(sys.stderr if stderr else sys.stdout), **more})
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else Segment(shown(segment.text), segment.style)
+
 
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
 STREAM_NAMES = {"yaw_rate": "{rate}", "torque": "{effort}"}

@@ -23,8 +23,7 @@ from incsvr.forecasting.thrust_watch import NORMAL_95_DEVIATIONS, ThrustChange
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.plant.words import AxisWords
 from service import wire
-from service.bus.feed import Feed
-from service.bus.ingest import Ingest
+from service.bus.ingest import Feed, Ingest
 from service.bus.publishers import HealthPublisher, Publishers
 from service.bus.session import finish_in_time
 from service.config.configuration import Config

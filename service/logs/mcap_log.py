@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.cli.extras import load_package
 from service.inputs.forms import json_message
 from service.inputs.instances import base, instance_field
 from service.inputs.owners import mavlink_topic
 from service.inputs.table import Table, Topic
-from service.logs.archive_files import archive_files
 from service.logs.cdr import RosTypes
 from service.logs.damage import Damage
 from service.logs.log import TableBuilder
-from service.logs.packages import load_package
+from service.logs.opening import archive_files
 
 _TIMESTAMP = "google.protobuf.Timestamp"
 _DURATION = "google.protobuf.Duration"

@@ -38,6 +38,9 @@ class StreamHealth(Form):
     held: int = 0  # values that wait for the other streams, or for their clock to be believed
 
 
+LearningState = Literal["learning", "starved", "paused"]
+
+
 class Learning(Form):
     """Whether samples are made and learned, since when in the vehicle's time [s], and why not in one sentence.
 
@@ -45,7 +48,7 @@ class Learning(Form):
     samples are made, and a check keeps them from being learned. The served model stays the last one that was learned.
     """
 
-    state: Literal["learning", "starved", "paused"] = "learning"
+    state: LearningState = "learning"
     since: float = 0.0
     why: str = ""
 
@@ -54,8 +57,8 @@ class Learning(Form):
 
         A pause is said before a lack of samples: somebody decided it. `since` moves with the state alone.
         """
-        why, state = paused or starved or "", "paused" if paused else "starved" if starved else "learning"
-        return Learning(state=state, since=self.since if state == self.state else t, why=why)
+        state: LearningState = "paused" if paused else "starved" if starved else "learning"
+        return Learning(state=state, since=self.since if state == self.state else t, why=paused or starved or "")
 
 
 Level = Literal["OK", "WARN", "ERROR", "STALE"]

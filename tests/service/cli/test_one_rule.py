@@ -12,7 +12,7 @@ import pytest
 from incsvr.errors import BadInput
 from service import wire
 from service.cli.command_line import main
-from service.cli.console import Console
+from service.cli.display import Console
 from service.cli.output import emit
 from service.cli.parser import Parser
 from service.cli.terminal import spelt_controls

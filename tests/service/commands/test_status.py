@@ -18,8 +18,7 @@ from incsvr.plant.axes import AXES
 from service import wire
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
-from service.cli.log_lines import iteration_line
-from service.cli.output import WIDTH
+from service.cli.output import WIDTH, iteration_line
 from service.commands.query import not_learned, table
 from service.commands.status import text
 from tests.service.commands.test_processes import KEYS, client_after, command, endpoint, following, next_model

@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from incsvr.errors import BadInput
-from service.bus.session import BusRefusal, free_endpoint, from_file, open_session
+from service.bus.session import BusRefusal, endpoints, free_endpoint, from_file, open_session
 from service.cli.command_line import main
-from service.security.zenoh_file import endpoints
 
 
 @pytest.fixture
