@@ -61,7 +61,8 @@ def run(args: argparse.Namespace) -> int:
         return _run_on_tables(args)
     compared = answer(args)
     if args.report:
-        import_module(REPORT_WRITER).write_dives(compared, explanations(compared), args.report, _made_of(args))
+        made_of = provenance(argparse.Namespace(recordings=args.dives, validate=[]))
+        import_module(REPORT_WRITER).write_dives(compared, explanations(compared), args.report, made_of)
     emit(args, to_dict(compared), text(compared))
     return 0
 
@@ -117,11 +118,6 @@ def _in_order(recordings: list[Recording]) -> tuple[list[Recording], str]:
         else ", which is not the order in which they were given"
     )
     return ordered, f"in the order of their stamps{given}"
-
-
-def _made_of(args: argparse.Namespace) -> dict[str, str]:
-    """What a report is made of."""
-    return provenance(argparse.Namespace(recordings=args.dives, validate=[]))
 
 
 def _run_on_tables(args: argparse.Namespace) -> int:

@@ -185,17 +185,14 @@ def refuse_runaway(motion: WholeMotion, vehicle: Vehicle) -> None:
         BadInput: naming the axes, and what to record.
     """
     reached = np.abs(vehicle.free_run(motion)).max(axis=0)
-    away = [name for k, name in enumerate(AXES) if name in vehicle.axes and _passed(reached[k], vehicle.fastest[k])]
+    passed = reached >= 0.999 * RUNAWAY * vehicle.fastest  # where the simulation is clipped
+    away = [name for name, beyond in zip(AXES, passed, strict=True) if name in vehicle.axes and beyond]
     if away:
         raise BadInput(
             f"the model runs away: simulated over its own dives, it passes {RUNAWAY:g} times the fastest recorded "
             f"velocity of {' and '.join(away)}; nothing is written: record steps of the effort to both sides, each "
             "held until the speed settles"
         )
-
-
-def _passed(reached: float, fastest: float) -> bool:
-    return reached >= 0.999 * RUNAWAY * fastest  # where the simulation is clipped
 
 
 def _along(run: Recording, axis: Axis) -> Recording | None:

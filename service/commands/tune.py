@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -145,16 +145,14 @@ def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, S
     joined = sequence(runs)
     samples, _ = synchronise(signals, joined.streams())
     scaled = learner_for(samples)
-    settings = _with_policy(config.learner_settings() if args.config else scaled, args.policy)
+    settings = config.learner_settings() if args.config else scaled
+    if args.policy is not None:
+        settings = replace(settings, policy=args.policy)
     if not args.config:
         config = config_output.scaled_config(config, joined, signals, settings)
     fastest, largest = np.abs(samples.yaw_rate).max(), np.abs(samples.damping).max()
     grid = Grid().scaled(_round(fastest / PAPER_RATE), _round(largest / PAPER_TORQUE))
     return joined.name, samples, settings, grid, config
-
-
-def _with_policy(settings: Settings, policy: str | None) -> Settings:
-    return settings if policy is None else Settings(**asdict(settings) | {"policy": policy})
 
 
 def _round(factor: float) -> float:
