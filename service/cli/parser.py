@@ -30,7 +30,6 @@ REMOVED: Mapping[tuple[str, str], str] = {
     },
     ("compare", "--mass-matrix"): "give --set vehicle.mass_matrix=M",
     ("fit", "--smoothing"): "give --set signals.smoothing=S",
-    ("fit", "--report"): "`incsvr trace --report FILE.html` draws the damping and the free runs of the same logs",
     ("fit", "--inputs"): "give --set learner.inputs=NAMES",
     ("incsvr", "inputs"): "use `incsvr inspect --bus`, with the same flags",
     ("tune", "--simulated"): "`incsvr table1` searches on the simulated Leng",

@@ -125,6 +125,8 @@ class Terms:
     def free_runs(self, runs: Sequence[Recording], signals: SignalSettings, model: Model) -> list[FreeRun]:
         """The stretches of recordings simulated from their first yaw rates."""
         compensation, coupled = self.compensation, self.coupled
+        if compensation is not None and self.inputs:
+            raise BadInput(EFFECTS_OVER_ONE)
         pieces = []
         for one in runs:
             streams: Mapping[str, tuple[Array, Array]] = one.streams()

@@ -30,7 +30,6 @@ from service.cli.progress import progress
 from service.commands.declaration import Cures, Declaration
 from service.commands.fit_alternatives import alternative
 from service.commands.fit_attempt import (
-    EFFECTS_OVER_ONE,
     TORQUE_KIND,
     HeldTooSeldom,
     Terms,
@@ -64,7 +63,7 @@ class Fit:
             were given.
         validated_on: the unseen recordings.
         free_run_rmse: of the final model on each unseen run from its first yaw rate [rad/s]; None where it runs away.
-        pictures: what is drawn of it.
+        pictures: for a report.
         effects: names of the traced effects in force.
         put_aside: batches that were not learned, because a check said that they are wrong.
         closed_loop: whether the torque answers the yaw rate that the water makes.
@@ -113,15 +112,13 @@ class Fit:
         the free runs hold it. `inputs` are the further velocities that damping is learned over; `declaration` is what
         the motion says of the declared inertia and the torque, whose sign may be known.
         """
-        if effects is not None and inputs:
-            raise BadInput(EFFECTS_OVER_ONE)
         terms = Terms(learner, chosen or {}, effects, coupled, inputs, sign_known, runs[0].axis, by_person)
         declaration = declaration or Declaration(list(runs), list(unseen))
         joined = sequence(runs)
         signals, training, said = _best_training(runs, unseen, signals, terms, declaration)
         samples, iterations = training.samples, training.iterations
         model, excitation = iterations[-1].model, training.excitation
-        free_runs = terms.free_runs(unseen, signals, model) if unseen else []
+        pictured = terms.free_runs(unseen or runs, signals, model)
         by_itself = not inputs or coupled is not None
         others = OtherVelocities.of(coupled, joined, samples, signals) if by_itself else NO_OTHER_VELOCITIES
         sentences = [*declaration.sentences, *remarks([*runs, *unseen], signals), *others.remarks]
@@ -137,8 +134,8 @@ class Fit:
             training.guarded,
             training.errors,
             sequence(unseen).name if unseen else "",
-            rmse([run.error for run in free_runs]) if unseen else None,
-            FitPictures(model, samples),
+            rmse([run.error for run in pictured]) if unseen else None,
+            FitPictures(model, samples, pictured, sequence(unseen or runs).name, bool(unseen)),
             () if terms.compensation is None else terms.compensation.names,
             len(training.verdicts) - len(iterations),
             torque_answers(training.undriven),
