@@ -44,7 +44,8 @@ def scaled_config(base: Config, recording: Recording, signals: SignalSettings, l
             "vehicle": vehicle,
             "signals": base.signals.model_dump()
             | _fields(signals, ("sample_period", "smoothing", "channels", "torque")),
-            "learner": base.learner.model_dump() | _fields(learner, type(base.learner).model_fields),
+            "learner": base.learner.model_dump()
+            | _fields(learner, type(base.learner).model_fields.keys() - {"fastest"}),
         }
     )
 

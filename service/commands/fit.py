@@ -121,7 +121,7 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
 def _chosen(args: argparse.Namespace, config: Config) -> dict[str, Any]:
     """The settings of the learner that no recording decides: as configured, and those of flags."""
     settings = asdict(config.learner_settings())
-    names = {"policy", "batch"}
+    names = {"policy", "solver", "capacity", "batch", "fastest"}
     names |= log_configuration.names_set(args, "learner") | log_configuration.names_set(args, "vehicle")
     found = {} if _as_configured(args) else {name: settings[name] for name in names & settings.keys()}
     return found | ({} if args.policy is None else {"policy": args.policy})

@@ -31,10 +31,6 @@ REMOVED = {
     "vehicle.file": "`incsvr serve --vehicle FILE` learns its axes, as does a copy of its section learners",
     "also": "list every learner of the process in the section learners, each under a name",
     "inputs.thrusters.also_along": "the thrusters' positions give the efforts of all axes of `learners`",
-    "learner.solver": "the solver is exact; that of Eq. 8 is in incsvr.learning",
-    "learner.capacity": "at most 60 vectors are served",
-    "learner.fastest": "the largest value that was driven is the scale of a further input",
-    "inputs.thrusters.inflow": "`incsvr trace` finds the effect inflow",
     "learner.bins": "the criterion has 20 bins",
     "learner.near": "over several velocities the policy weighted learns, which needs none",
     "bus.allow_second": "give the second learner another prefix",
@@ -127,7 +123,8 @@ class Config(Section):
             rate_range=self.vehicle.rate_range,
             own=axis.rate,
             others=self.further_inputs,
-            **learner.model_dump(exclude={"inputs"}),
+            fastest={stream_of(axis, name): value for name, value in learner.fastest.items()},
+            **learner.model_dump(exclude={"inputs", "fastest"}),
         )
 
     def coupled(self) -> Coupled | None:

@@ -15,7 +15,7 @@ from incsvr.plant.axes import AXES
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.settings import TorqueKind
-from service.wire.section import Endpoint, MassMatrix, Metres, Name, Names, Seconds, Section
+from service.wire.section import Endpoint, MassMatrix, Metres, Name, Names, Positive, Seconds, Section
 
 
 class Vehicle(Section):
@@ -176,9 +176,11 @@ class Learner(Section):
     policy: Literal["paper", "weighted"] = Field(
         default=LearnerSettings().policy, description="policy that selects the samples to keep"
     )
+    solver: Literal["exact", "passes"] = Field(default="exact", description="exact, or passes (Eq. 8)")
     gamma: float = Field(default=10.0, gt=0.0, le=1e6, description="kernel width [(rad/s)⁻²]")
     C: float = Field(default=1000.0, gt=0.0, le=1e9, description="bound of a vector's weight [N m]")
     epsilon: float = Field(default=0.1, ge=0.0, le=1e6, description="half height of the tube [N m]")
+    capacity: int = Field(default=60, ge=2, le=600, description="support vectors served at most")
     batch: int = Field(default=50, ge=2, le=1000, description="samples of one iteration")
     near_rate: float = Field(default=0.01, gt=0.0, le=10.0, description="a of the inclusion criterion [rad/s]")
     near_damping: float = Field(default=5.0, gt=0.0, le=1e6, description="b of the inclusion criterion [N m]")
@@ -188,12 +190,21 @@ class Learner(Section):
         max_length=6,
         description="velocities that damping is learned over, the axis's own first; docs/several_velocities.md",
     )
+    fastest: dict[Name, Positive] = Field(
+        default={}, description="largest value of a further input, its scale; else the largest that was driven"
+    )
 
     @model_validator(mode="after")
     def _over_several(self) -> Self:
         further = self.inputs[1:]
+        if further and self.solver == "passes":
+            raise ValueError("the passes of Eq. 8 are for one velocity; set solver to exact or leave one input")
         if further and self.policy == "paper":
             raise ValueError("the policy paper is for one velocity; take weighted or leave one input")
+        foreign = [each for each in self.fastest if each not in further]
+        if foreign:
+            known = ", ".join(further) or "none"
+            raise ValueError(f"fastest names {foreign[0]}, which is no further input (they are: {known})")
         return self
 
 

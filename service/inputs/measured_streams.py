@@ -70,7 +70,7 @@ def since_first_pulse(command: Array) -> Array:
 
 
 Stream = tuple[Array, Array]
-VOLTAGE = "voltage"
+SURGE, VOLTAGE = "surge", "voltage"
 MAX_CHANGES_NAMED = 6
 """Changes of parameters that are named."""
 
@@ -201,9 +201,11 @@ def _torque(
         place = first_movement(commands, least_movement(settings))
         moves += [] if place is None else [float(time[place])]
         volts = _volts(settings, inputs, tables, arrival, notes)
+        surge = _newest_before(inputs.channels[SURGE], tables, arrival, 0.0) if SURGE in inputs.channels else None
         turned = {k: each.turned_by for k, each in enumerate(settings.each) if each.turned_by is not None}
         angles = {k: _newest_before(source, tables, arrival) for k, source in turned.items()}
-        streams.append((time, moment(settings, commands, volts, angles)))
+        speed = np.zeros(time.size) if surge is None else surge
+        streams.append((time, moment(settings, commands, volts, speed, angles)))
     notes += _change_sentences(changes, clock)
     time, torque = (np.concatenate(each) for each in zip(*streams, strict=True))
     return _rising(time, torque), min(moves, default=None)
@@ -232,12 +234,12 @@ def _commands(
     return join_commands(found)
 
 
-def _newest_before(source: Source, tables: Mapping[str, Table], arrival: Array) -> Array:
+def _newest_before(source: Source, tables: Mapping[str, Table], arrival: Array, before: float = np.nan) -> Array:
     """The newest value of a quantity at the arrival (n,) [s] of commands, as on a bus."""
     table = _table(source.topic, tables)
     values = _column(source.field, source.topic, table) * source.factor
     known = np.isfinite(values)
-    return newest_at(arrival, _arrival(table, _stamps(source, source.topic, table))[known], values[known])
+    return newest_at(arrival, _arrival(table, _stamps(source, source.topic, table))[known], values[known], before)
 
 
 def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arrival: Array, notes: list[str]) -> Array:

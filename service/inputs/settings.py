@@ -152,6 +152,7 @@ class Thrusters(Section):
     full: float = Field(
         default=1.0, gt=0.0, description="N at full command, or N s²/rad² of K₁ω|ω| where the curve is quadratic"
     )
+    inflow: float = Field(default=0.0, description="K₂ of K₂v|ω| [N s²/(m rad)], with v the channel surge")
     voltage: float | None = Field(
         default=None, ge=6.0, le=26.0, description="voltage of the battery, where none is measured"
     )

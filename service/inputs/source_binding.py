@@ -15,7 +15,7 @@ from service.inputs.table import HEADER_STAMP, usual_stamp
 from service.inputs.units import STAMP_UNITS
 from service.inputs.vehicles import VehicleEvidence
 
-RATE, TORQUE, VOLTAGE = "yaw_rate", "torque", "voltage"
+RATE, TORQUE, VOLTAGE, SURGE = "yaw_rate", "torque", "voltage", "surge"
 
 
 @dataclass(slots=True)

@@ -65,15 +65,18 @@ def is_battery_voltage(volts: Array) -> NDArray[np.bool_]:
     return (volts > 6.0) & (volts < 26.0)
 
 
-def moment(settings: Thrusters, commands: Sequence[Array], volts: Array, angles: Mapping[int, Array]) -> Array:
+def moment(
+    settings: Thrusters, commands: Sequence[Array], volts: Array, speed: Array, angles: Mapping[int, Array]
+) -> Array:
     """Moment of all thrusters about the axis, or their force along it (n,) [N m], [N].
 
     Args:
         commands: (n,) of each thruster, as it is told.
         volts: (n,) of the battery [V].
+        speed: (n,) of the vehicle along its bow [m/s].
         angles: (n,) by which those that can be turned are, by their number [rad].
     """
-    return np.asarray(efforts(settings, (settings.axis,), commands, volts, angles)[0])
+    return np.asarray(efforts(settings, (settings.axis,), commands, volts, speed, angles)[0])
 
 
 def efforts(
@@ -81,6 +84,7 @@ def efforts(
     axes: Sequence[Axis],
     commands: Sequence[Array],
     volts: Array,
+    speed: Array,
     angles: Mapping[int, Array],
 ) -> Array:
     """Moments of all thrusters about each of the axes, or forces along it, (axes, n) [N m], [N]; else as `moment`."""
@@ -88,7 +92,7 @@ def efforts(
         command if each.direction > 0 else _reversed_command(settings, command)
         for each, command in zip(settings.each, commands, strict=True)
     ]
-    straight, push = np.zeros(volts.size), thrust(settings, np.stack(forward), volts)
+    straight, push = np.zeros(volts.size), thrust(settings, np.stack(forward), volts, speed)
     totals = []
     for axis in axes:
         shares = [each.share(axis, angles.get(k, straight)) for k, each in enumerate(settings.each)]
@@ -103,11 +107,12 @@ def _reversed_command(settings: Thrusters, command: Array) -> Array:
     return -command
 
 
-def thrust(settings: Thrusters, command: Array, volts: Array) -> Array:
+def thrust(settings: Thrusters, command: Array, volts: Array, speed: Array) -> Array:
     """Thrust at rest [N] by commands (…, n) in their unit that are positive forward.
 
     Args:
         volts: (n,) of the battery [V].
+        speed: (n,) of the vehicle along its bow [m/s].
     """
     told = settings.command
     if told == "N":
@@ -122,7 +127,8 @@ def thrust(settings: Thrusters, command: Array, volts: Array) -> Array:
     speed_of_rotor = command * (FACTORS["rpm"] if told == "rpm" else 1.0)
     if isinstance(settings.curve, Path):
         return _thrust_from_table(settings.curve, command)
-    return np.asarray(settings.full * speed_of_rotor * np.abs(speed_of_rotor))
+    wash = settings.inflow * speed * np.abs(speed_of_rotor)
+    return np.asarray(settings.full * speed_of_rotor * np.abs(speed_of_rotor) + wash)
 
 
 def pulse_thrust(settings: Thrusters, pulse: Array, volts: Array) -> Array:

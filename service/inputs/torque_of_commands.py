@@ -12,7 +12,7 @@ from service.inputs.forms import number
 from service.inputs.key_resolution import ANGLE_NAME, BATTERY_NAME
 from service.inputs.outputs import Movement, least_movement, output_numbers, without_pulse
 from service.inputs.settings import Axis, Thrusters
-from service.inputs.source_binding import VOLTAGE, SourceBinding
+from service.inputs.source_binding import SURGE, VOLTAGE, SourceBinding
 from service.inputs.thrust import T200_NOMINAL_V, efforts, is_battery_voltage, is_pulse
 
 GRACE_MESSAGES = 50
@@ -77,7 +77,7 @@ class TorqueOfCommands:
         Where each has a key of its own, it waits for a later stamp: what bears the same belongs to the same moment.
 
         Args:
-            latest: voltage [V] and angles [rad], as far as they are known.
+            latest: voltage [V], surge [m/s] and angles [rad], as far as they are known.
         """
         turned = [k for k, each in enumerate(settings.each) if each.turned_by is not None]
         if (
@@ -92,7 +92,8 @@ class TorqueOfCommands:
         commands = [np.array([command]) for command in self._commands]
         angles = {k: np.array([latest[ANGLE_NAME.format(k)]]) for k in turned}
         with np.errstate(all="ignore"):  # what is no command makes no moment, and is refused as beyond the plausible
-            totals = efforts(settings, (settings.axis, *further), commands, np.array([volts]), angles)
+            axes, speed = (settings.axis, *further), np.array([latest.get(SURGE, 0.0)])
+            totals = efforts(settings, axes, commands, np.array([volts]), speed, angles)
         now = (t, totals[:, 0].tolist())
         if len(known.commands) < len(settings.each):
             before, self._waiting = self._waiting, now

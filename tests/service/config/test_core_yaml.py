@@ -37,7 +37,7 @@ def test_a_value_means_what_yaml_1_2_says(text: str, means: object) -> None:
     ("text", "sentence"),
     [
         ("inertia: 0350", None),
-        ("batch: 012", None),
+        ("capacity: 012", None),
         ("inertia: yes", "line 2: vehicle.inertia: Input should be a valid number, unable to parse string as a number"),
         ("inertia: true", "line 2: vehicle.inertia: give a number, a text or a list, not true"),
         ("rate_range: [false, true]", "line 2: vehicle.rate_range: give a number"),
@@ -62,11 +62,11 @@ def test_a_value_means_what_yaml_1_2_says(text: str, means: object) -> None:
 )
 def test_a_file_is_read_or_refused_with_its_line(tmp_path: Path, text: str, sentence: str | None) -> None:
     path = tmp_path / "config.yaml"
-    section = {"batch": "learner", "lateness": "signals"}.get(text.partition(":")[0], "vehicle")
+    section = {"capacity": "learner", "lateness": "signals"}.get(text.partition(":")[0], "vehicle")
     path.write_text(f"{section}:\n  {text}\n")
     if sentence is None:
         config = read(path)
-        assert (config.vehicle.inertia, config.learner.batch) in ((350.0, 50), (350.0, 12))
+        assert (config.vehicle.inertia, config.learner.capacity) in ((350.0, 60), (350.0, 12))
         return
     with pytest.raises(BadInput) as refused:
         read(path)

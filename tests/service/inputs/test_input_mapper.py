@@ -153,6 +153,19 @@ def test_a_voltage_that_nobody_tells_is_said() -> None:
         assert not hearing.notices()
 
 
+def test_speed_past_the_thrusters_is_taken_from_the_channel_surge() -> None:
+    thrusters = {"topic": "u", "command": "rad/s", "curve": "quadratic", "full": 0.02, "inflow": -0.03}
+    hearing = mapping(
+        yaw_rate={"topic": "r", "field": "v"},
+        thrusters={**thrusters, "each": [{"field": "w[0]", "arm": 0.5}, {"field": "w[1]", "arm": -0.5}]},
+        channels={"surge": {"topic": "speed"}},
+    )
+    hear(hearing, "r", 1.0, v=0.1)
+    hearing.hear("speed", b"0.5", 1.0)
+    heard = hear(hearing, "u", 1.0, w=[30.0, -20.0])
+    assert heard["torque"].value[0] == pytest.approx(0.5 * 0.02 * (900.0 + 400.0) - 0.5 * 0.03 * 0.5 * (30.0 - 20.0))
+
+
 @settings(max_examples=40)
 @given(st.lists(st.tuples(st.sampled_from(("ATTITUDE", "SERVO_OUTPUT_RAW", "HEARTBEAT", "PARAM_VALUE")), ANYTHING)))
 def test_whatever_comes_nothing_is_raised(messages: list[tuple[str, Any]]) -> None:

@@ -28,7 +28,8 @@ def torque(settings: Thrusters, **columns: Any) -> Any:
     """The torque that is made of columns of one table."""
     given = {name: np.asarray(values, dtype=np.float64) * np.ones(TIME.size) for name, values in columns.items()}
     table = Table(TIME, {"r": np.sin(TIME), **given}, {})
-    inputs = Inputs(yaw_rate=Source(topic="x", field="r"), thrusters=settings)
+    channels = {"surge": Source(topic="x", field="surge")} if "surge" in columns else {}
+    inputs = Inputs(yaw_rate=Source(topic="x", field="r"), thrusters=settings, channels=channels)
     found = measure(inputs, {"x": table})
     return found.streams["torque"][1], found.notes
 
@@ -53,13 +54,13 @@ def test_the_t200_is_near_the_cubic_that_others_fitted_at_12_volts() -> None:
 
 
 def test_the_formula_of_section_iv_a() -> None:
-    """K₁ω|ω|, as the plant has it in still water."""
-    speeds = 40.0 * np.sin(TIME)
-    wanted = thruster_torque((Formula(0.5, 0.02, 0.0),), (speeds,), (np.zeros(TIME.size),))
-    got, _ = torque(one(command="rad/s", curve="quadratic", full=0.02), u=speeds)
+    """K₁ω|ω| + K₂v|ω|, as the plant has it."""
+    speeds, water = 40.0 * np.sin(TIME), 0.4 + 0.1 * TIME
+    wanted = thruster_torque((Formula(0.5, 0.02, -0.03),), (speeds,), (water,))
+    got, _ = torque(one(command="rad/s", curve="quadratic", full=0.02, inflow=-0.03), u=speeds, surge=water)
     np.testing.assert_allclose(got, wanted)
     turns, _ = torque(one(command="rpm", curve="quadratic", full=0.02), u=speeds * 30.0 / np.pi)
-    np.testing.assert_allclose(turns, wanted)
+    np.testing.assert_allclose(turns, thruster_torque((Formula(0.5, 0.02, 0.0),), (speeds,), (water,)))
 
 
 @pytest.mark.parametrize(
