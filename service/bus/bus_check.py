@@ -1,7 +1,7 @@
 """Whether a learner could use what its configuration names, by the rights of the user that will run it.
 
-A Zenoh file is good when its certificates and keys can be read, and when its access control speaks of the configured
-prefix.
+A Zenoh file is good when its certificates and keys can be read, when the certificates are valid now, and when its
+access control speaks of the configured prefix.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
-from service.bus.session import endpoints, from_file, section, tls_files
+from service.bus.session import certificates, endpoints, from_file, section, tls_files
 from service.config.configuration import Config
 from service.config.sections import Bus
 from service.state.disk_refusals import OTHER_STATE, unwritable, user_name
@@ -84,9 +84,13 @@ def check_bus(bus: Bus, prefixes: Sequence[str]) -> str:
     if path is None:
         return f"as a client of {bus.connect}" if bus.connect is not None else f"at {bus.listen}"
     config = from_file(path)
+    for each in certificates(config):
+        if each.refused_now:
+            raise BadInput(f"{path}: {each.sentence_now()}")
     listened = endpoints(config, "listen")
     _check_access(config, path, prefixes)
-    return f"at {', '.join(listened)}" if listened else f"as {path} says"
+    where = f"at {', '.join(listened)}" if listened else f"as {path} says"
+    return "; ".join([where, *(said for each in certificates(config) if (said := each.sentence_now()) is not None)])
 
 
 def _check_state(state: Path | None) -> None:

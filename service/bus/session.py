@@ -28,6 +28,7 @@ from service.wire.json_text import json_text
 
 if TYPE_CHECKING:
     from service.config.sections import Bus
+    from service.security.certificate_validity import Validity
 
 
 _FILES = (
@@ -159,7 +160,7 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
         stop: ends the waiting.
 
     Raises:
-        BusRefusal: the endpoint is taken; at once where the patience has an end.
+        BusRefusal: the endpoint is taken, or our certificate is not valid now; at once where the patience has an end.
         BadInput: nobody listens there.
     """
     zenoh.init_log_from_env_or("error")
@@ -181,6 +182,9 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
                 log.log(level, "waiting for the bus: %s", problem)
             said, look = str(problem), time.monotonic() + LOOK_PERIOD_S
         else:
+            for each in certificates(config):
+                if (sentence := each.sentence_now()) is not None:
+                    log.warning("%s", sentence)
             return session
 
 
@@ -194,10 +198,20 @@ def nobody_at(bus: Bus) -> str:
     if bus.zenoh_file is not None:
         cure = (
             "start `incsvr serve`; if it runs, use the files that `incsvr keys` made with its own, at the endpoint "
-            "that they name, and compare clocks and ends of the certificates on both machines (`date`, "
-            "`openssl x509 -noout -dates -in FILE.pem`)"
+            "that they name, and compare clocks and ends of the certificates on both machines (`incsvr config check`)"
         )
     return f"no bus answers at {client_place(bus)}: {cure}"
+
+
+def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
+    """The validity of a configuration's certificates; none without TLS."""
+    tls = tls_section(config)
+    if not tls:
+        return ()
+    # Loaded where it is needed alone: most buses have none.
+    from service.security.certificate_validity import validities
+
+    return validities(tls)
 
 
 def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
@@ -212,6 +226,9 @@ def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
             f"{endpoint} is in use, by another learner, a router or another program (`incsvr status` shows a learner, "
             f"`ss -ltnp` any program); end it, {cure}"
         )
+    refused = [each.sentence_now() for each in certificates(config) if each.refused_now]
+    if refused and refused[0] is not None:
+        return BusRefusal(refused[0])
     return BadInput(_first_line(error))
 
 

@@ -25,7 +25,7 @@ from incsvr.plant.words import AxisWords
 from service import wire
 from service.bus.ingest import Feed, Ingest
 from service.bus.publishers import HealthPublisher, Publishers
-from service.bus.session import finish_in_time
+from service.bus.session import certificates, finish_in_time, from_file
 from service.config.configuration import Config
 from service.config.traced_effects import OperatorVerb, TracedEffects, configured_effects
 from service.health.health_watch import HealthConditions, HealthWatch
@@ -132,6 +132,8 @@ class Host:
         self.node.validate_on(
             {name: read_validation(path, config, effects) for name, path in config.validation.items()}
         )
+        zenoh_file = config.bus.zenoh_file
+        self._certificates = () if zenoh_file is None else certificates(from_file(zenoh_file))
         self._archive = archive_of(config, self.node.boot, learners)
         self._publishers = Publishers(session, self.keys, self._archive)
         self.mapped = self._mapping(learners)
@@ -221,7 +223,9 @@ class Host:
         """The reports of the parts beside the streams; publishes the estimate if it is due."""
         store, mapped, effects = self._store, self.mapped, self._effects_in_force
         arming = mapped or self.led_by
+        dated = (each.sentence_now() for each in self._certificates)
         notices = (
+            *(sentence for sentence in dated if sentence is not None),
             *(() if store is None else store.notices),
             *(() if effects is None else effects.warnings),
             *(() if mapped is None else mapped.notices()),

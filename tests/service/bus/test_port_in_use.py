@@ -9,7 +9,7 @@ import pytest
 
 from service.bus.session import BusRefusal, from_file, open_session
 from service.cli.command_line import main
-from tests.service.security.test_not_let_in import tls
+from tests.service.security.test_validity import tls
 
 __all__ = ["tls"]
 

@@ -7,16 +7,20 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 import zenoh
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
 
 from service import wire
 from service.bus.session import free_endpoint, from_file, open_session
 from service.cli.command_line import main
 from service.host.host import Host
 from service.host.worker_threads import WorkerThreads
+from service.security.authority import load
 from tests.service.conftest import PATIENCE, configured, teach
 
 KEYS = wire.Keys("rov7/yaw")
@@ -55,6 +59,22 @@ def secured(folder: Path, state: Path) -> Iterator[Secured]:
         teach(clients["vehicle"], KEYS, 6, 0.0, 40.0)
         models.get(timeout=PATIENCE)
         yield Secured(folder, endpoint, learner, clients)
+
+
+def redated(folder: Path, name: str, begins: timedelta, ends: timedelta) -> None:
+    """The certificate of this name again, valid between other times, counted from now."""
+    by = load((folder / "ca.pem").read_bytes(), (folder / "ca.key").read_bytes())
+    found = x509.load_pem_x509_certificate((folder / f"{name}.pem").read_bytes())
+    again = x509.CertificateBuilder(
+        issuer_name=found.issuer,
+        subject_name=found.subject,
+        public_key=found.public_key(),
+        serial_number=found.serial_number,
+        extensions=list(found.extensions),
+    )
+    now = datetime.now(UTC)
+    dated = again.not_valid_before(now + begins).not_valid_after(now + ends).sign(by.key, hashes.SHA256())
+    (folder / f"{name}.pem").write_bytes(dated.public_bytes(serialization.Encoding.PEM))
 
 
 def until_settled(client: zenoh.Session, keys: wire.Keys = KEYS) -> None:
