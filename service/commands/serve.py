@@ -125,7 +125,7 @@ def serve(config: Config, stop: threading.Event) -> None:
     configs = config.each()
     try:
         hub = config.bus.connect is not None or config.bus.zenoh_file is not None
-        taken = [take_prefix(session, each.prefix, stop, hub) for each in configs]
+        taken = [take_prefix(session, each.prefix, stop, hub) for each in configs if not each.bus.allow_second]
         hosts = [Host(session, each, len(configs), each.thrust_axes(configs)) for each in configs]
         gc.freeze()  # what was loaded stays to the end: to look through it for garbage would delay an answer by 20 ms
         with WorkerThreads(hosts, lambda: tell_systemd(ALIVE), stroke_period()):

@@ -33,7 +33,6 @@ REMOVED = {
     "inputs.thrusters.also_along": "the thrusters' positions give the efforts of all axes of `learners`",
     "learner.bins": "the criterion has 20 bins",
     "learner.near": "over several velocities the policy weighted learns, which needs none",
-    "bus.allow_second": "give the second learner another prefix",
     "health.stuck_after": "a yaw rate that is constant for 2 s is a fault",
     "health.warn_for": "health shows a rejected sample for 10 s",
     "health.fresh_for": "a sample counts as fresh for 900 s",

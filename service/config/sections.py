@@ -133,6 +133,8 @@ class Bus(Section):
     )
     zenoh_file: Path | None = Field(default=None, description="a Zenoh JSON5 file (TLS, access control), used as it is")
 
+    allow_second: bool = Field(default=False, description="start although another learner uses the prefix on the bus")
+
     @field_validator("listen")
     @classmethod
     def _not_everywhere(cls, endpoint: str) -> str:

@@ -25,7 +25,7 @@ from incsvr.plant.words import AxisWords
 from service import wire
 from service.bus.ingest import Feed, Ingest
 from service.bus.publishers import HealthPublisher, Publishers
-from service.bus.session import certificates, finish_in_time, from_file
+from service.bus.session import DuplicateLearner, certificates, finish_in_time, from_file
 from service.config.configuration import Config
 from service.config.traced_effects import OperatorVerb, TracedEffects, configured_effects
 from service.health.health_watch import HealthConditions, HealthWatch
@@ -132,6 +132,7 @@ class Host:
         self.node.validate_on(
             {name: read_validation(path, config, effects) for name, path in config.validation.items()}
         )
+        self._duplicate = DuplicateLearner(session, self.keys, self.node.boot, time.monotonic)
         zenoh_file = config.bus.zenoh_file
         self._certificates = () if zenoh_file is None else certificates(from_file(zenoh_file))
         self._archive = archive_of(config, self.node.boot, learners)
@@ -227,6 +228,7 @@ class Host:
         notices = (
             *(sentence for sentence in dated if sentence is not None),
             *(() if store is None else store.notices),
+            *self._duplicate.notice(),
             *(() if effects is None else effects.warnings),
             *(() if mapped is None else mapped.notices()),
             *(() if self._archive is None else self._archive.notices()),
@@ -308,6 +310,7 @@ class Host:
         """Undeclares all but the publishers: theirs may take ten seconds, and ends with the session."""
         self.feed.close()
         self.answers.close()
+        self._duplicate.close()
 
     def _decide(self, verb: OperatorVerb, name: str) -> bytes:
         """Carries out the decision of an operator (`EffectSwitch.decide`)."""

@@ -97,12 +97,26 @@ def test_a_client_that_asks_much_and_stops_holds_up_nobody(tmp_path: Path) -> No
 @pytest.mark.slow
 def test_a_second_learner_of_the_same_prefix_refuses_and_says_so(tmp_path: Path) -> None:
     endpoint = free_endpoint()
-    with client_after(endpoint, tmp_path / "first"):
+    with client_after(endpoint, tmp_path / "first") as (_, session, _):
         second = command("serve", "--set", f"bus.connect={endpoint}", "--set", f"state={tmp_path / 'second'}")
         done = subprocess.run(second, capture_output=True, text=True, check=False, timeout=60.0)
         assert done.returncode == 2
         assert "another learner has the prefix leng/yaw on this bus" in done.stderr
         assert "Traceback" not in done.stderr
+        heard: queue.Queue[wire.Health] = queue.Queue()
+        session.declare_subscriber(
+            KEYS.health, lambda sample: heard.put(wire.decode(wire.Health, sample.payload.to_bytes()))
+        )
+        with subprocess.Popen([*second, "--set", "bus.allow_second=true"], stderr=subprocess.DEVNULL) as learner:
+            try:
+                saying: set[str] = set()
+                until = time.monotonic() + PATIENCE
+                while len(saying) < 2:  # both say so
+                    health = heard.get(timeout=max(until - time.monotonic(), 0.0))
+                    if any("publishes under the same prefix" in reason for reason in health.reasons):
+                        saying.add(health.boot)
+            finally:
+                learner.kill()
 
 
 @pytest.mark.slow
