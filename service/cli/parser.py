@@ -32,8 +32,6 @@ REMOVED: Mapping[tuple[str, str], str] = {
     ("fit", "--smoothing"): "give --set signals.smoothing=S",
     ("fit", "--inputs"): "give --set learner.inputs=NAMES",
     ("incsvr", "inputs"): "use `incsvr inspect --bus`, with the same flags",
-    ("tune", "--simulated"): "`incsvr table1` searches on the simulated Leng",
-    ("tune", "--last"): "the column last step has this error",
     ("export", "--link"): "replace base_link in the exported file",
     ("export", "--format uuv"): "take gazebo for gz-sim, or json and put its figures into a <hydrodynamic_model>",
     ("export", "--format python-vehicle-simulator"): "take python, and call its acceleration in the dynamics of your "

@@ -6,15 +6,16 @@ import argparse
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.learning.scaling import PAPER_RATE, PAPER_TORQUE
-from incsvr.learning.tuning import PAPER_POINT, Grid, Trial, ranked, search
+from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
 from incsvr.signals import synchronise
 from incsvr.signals.samples import Samples
 from service.cli.output import add_json_argument, emit, refuse_replacing
@@ -28,30 +29,46 @@ from service.recordings.recording import sequence
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learner_for, signals_for
 
+EXPERIMENT = "simulator.leng"
+"""Simulates the paper's experiment; loaded when asked for."""
+_JUDGED_BY: dict[Judged, str] = {"every": "after every step, averaged", "last": "after the last step alone"}
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="logs of any format")
+    parser.add_argument("recordings", nargs="*", type=Path, metavar="RECORDING", help="logs of any format")
+    parser.add_argument(
+        "--simulated",
+        type=int,
+        metavar="SEED",
+        help="tune on T1 of the simulated Leng with this seed instead of recordings",
+    )
     parser.add_argument("--inertia", type=float, metavar="I", help="inertia with added mass [kg m²]")
     parser.add_argument("--config", type=Path, metavar="FILE", help="signals and learner as the service has them")
     parser.add_argument("--policy", choices=POLICIES, help=POLICY_HELP)
+    parser.add_argument("--last", action="store_true", help="judge after the last step alone, not after every step")
     parser.add_argument("--write", type=Path, metavar="FILE", help="write a configuration with the best point")
     add_log_arguments(parser)
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
+    judged: Judged = "last" if args.last else "every"
+    if (args.simulated is None) == (not args.recordings):
+        raise BadInput("give recordings to tune on, or --simulated SEED for the simulated Leng's T1")
     if args.write is not None:
         refuse_replacing(args.write, config_output.MARK, "--write")
     config = read_config(args.config).of_axis(args.axis)
     if config.further_inputs:
         raise BadInput("the search is over one velocity; leave learner.inputs out of the configuration")
-    name, samples, settings, grid, config = _recorded(args, config)
+    name, samples, settings, grid, config = (
+        _simulated(args, config) if args.recordings == [] else _recorded(args, config)
+    )
     with progress("points of the grid", len(grid)) as advance:
         trials = []
         for trial in search(samples, settings, grid):
             trials.append(trial)
             advance()
-    tuning = Tuning(name, len(samples), grid, ranked(trials, "every"))
+    tuning = Tuning(name, len(samples), grid, judged, ranked(trials, judged), ranked(trials, _other(judged)))
     if args.write is not None:
         _write(args.write, config, tuning)
     emit(args, tuning.to_dict(), tuning.text() + (f"\n\nwritten to {args.write}" if args.write else ""))
@@ -66,13 +83,17 @@ class Tuning:
         name: the recordings, joined.
         samples: how many there were.
         grid: what was tried.
-        trials: all points, the best first, by the error after every step, averaged.
+        judged: by which error the trials are ranked.
+        trials: all points, the best first.
+        otherwise: the same points, ranked by the other error.
     """
 
     name: str
     samples: int
     grid: Grid
+    judged: Judged
     trials: Sequence[Trial]
+    otherwise: Sequence[Trial]
 
     def __post_init__(self) -> None:
         assert len(self.trials) == len(self.grid)
@@ -89,9 +110,11 @@ class Tuning:
         return trial.point == (grid.C[place[0]], grid.epsilon[place[1]], grid.gamma[place[2]])
 
     def to_dict(self) -> dict[str, Any]:
+        others = {trial.point: rank for rank, trial in enumerate(self.otherwise, start=1)}
         return {
             "recordings": self.name,
             "samples": self.samples,
+            "judged": self.judged,
             "best": dict(zip(("C", "epsilon", "gamma"), self.trials[0].point, strict=True)),
             "trials": [
                 {
@@ -101,6 +124,7 @@ class Tuning:
                     "gamma": trial.settings.gamma,
                     "mae_every_step": trial.every,
                     "mae_last_step": trial.last,
+                    "rank_otherwise": others[trial.point],
                     "paper": self.is_papers(trial),
                 }
                 for rank, trial in enumerate(self.trials, start=1)
@@ -112,18 +136,30 @@ class Tuning:
         count, batch = self.samples // self.best.batch, self.best.batch
         lines = [
             f"{self.name}: {self.samples} samples, {count} batches of {batch}, each left out once",
-            "mean absolute error on the batch left out [N m]; ranked by the error after",
-            "every step, averaged",
+            "mean absolute error on the batch left out [N m]; ranked by the error",
+            f"{_JUDGED_BY[self.judged]}; otherwise: the rank by the other column",
             "",
-            "rank   C N m    ε N m   γ s²/rad²   every step   last step",
+            "rank   C N m    ε N m   γ s²/rad²   every step   last step   otherwise",
         ]
+        others = {trial.point: rank for rank, trial in enumerate(self.otherwise, start=1)}
         for rank, trial in enumerate(self.trials, start=1):
             C, epsilon, gamma = trial.point
             mark = "  paper's" if self.is_papers(trial) else ""
             lines.append(
-                f"{rank:4d} {C:7.4g} {epsilon:8.3g} {gamma:11.4g} {trial.every:12.3f} {trial.last:11.3f}{mark}"
+                f"{rank:4d} {C:7.4g} {epsilon:8.3g} {gamma:11.4g} {trial.every:12.3f} {trial.last:11.3f} "
+                f"{others[trial.point]:10d}{mark}"
             )
         return "\n".join(lines)
+
+
+def _other(judged: Judged) -> Judged:
+    return "every" if judged == "last" else "last"
+
+
+def _simulated(args: argparse.Namespace, config: Config) -> tuple[str, Samples, Settings, Grid, Config]:
+    settings = _with_policy(config.learner_settings(), args.policy)
+    samples = import_module(EXPERIMENT).experiment(args.simulated).T1
+    return f"simulated T1, seed {args.simulated}", samples, settings, Grid(), config
 
 
 def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, Settings, Grid, Config]:
@@ -145,14 +181,16 @@ def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, S
     joined = sequence(runs)
     samples, _ = synchronise(signals, joined.streams())
     scaled = learner_for(samples)
-    settings = config.learner_settings() if args.config else scaled
-    if args.policy is not None:
-        settings = replace(settings, policy=args.policy)
+    settings = _with_policy(config.learner_settings() if args.config else scaled, args.policy)
     if not args.config:
         config = config_output.scaled_config(config, joined, signals, settings)
     fastest, largest = np.abs(samples.yaw_rate).max(), np.abs(samples.damping).max()
     grid = Grid().scaled(_round(fastest / PAPER_RATE), _round(largest / PAPER_TORQUE))
     return joined.name, samples, settings, grid, config
+
+
+def _with_policy(settings: Settings, policy: Literal["paper", "weighted"] | None) -> Settings:
+    return settings if policy is None else replace(settings, policy=policy)
 
 
 def _round(factor: float) -> float:
@@ -168,6 +206,6 @@ def _write(path: Path, config: Config, tuning: Tuning) -> None:
     tuned = config.model_copy(update={"learner": config.learner.model_copy(update=point)})
     head = (
         f"# C, ε and γ by `incsvr tune` on {tuning.name}, {tuning.samples} samples (Section IV-B), judged\n"
-        "# after every step, averaged.\n"
+        f"# {_JUDGED_BY[tuning.judged]}.\n"
     )
     config_output.write(path, tuned, head)

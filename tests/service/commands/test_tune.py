@@ -1,4 +1,4 @@
-"""`incsvr tune` from the command line: recordings, what is written, and bad input."""
+"""`incsvr tune` from the command line: the simulated Leng, recordings, what is written, and bad input."""
 
 from __future__ import annotations
 
@@ -43,6 +43,7 @@ def test_every_point_has_its_rank(slow: Any) -> None:
     result, _ = slow
     trials = result["trials"]
     assert [trial["rank"] for trial in trials] == list(range(1, 65))
+    assert sorted(trial["rank_otherwise"] for trial in trials) == list(range(1, 65))
     errors = [trial["mae_every_step"] for trial in trials]
     assert errors == sorted(errors)
     (paper,) = [trial for trial in trials if trial["paper"]]
@@ -63,13 +64,13 @@ def test_what_is_written_is_a_configuration_with_the_best_point(slow: Any) -> No
 
 @pytest.mark.slow
 def test_the_grid_follows_the_vehicle(runs: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["tune", str(runs[1]), "--inertia", "0.875", "--json", "-"]) == 0
+    assert main(["tune", str(runs[1]), "--inertia", "0.875", "--last", "--json", "-"]) == 0
     said = capsys.readouterr()
     result = json.loads(said.out)
     (paper,) = [trial for trial in result["trials"] if trial["paper"]]
     assert (paper["C"], paper["epsilon"]) == (10.0, 0.001)
     assert paper["gamma"] == pytest.approx(10.0 / 5.0**2)  # four times as fast, to the round number beside it
-    errors = [trial["mae_every_step"] for trial in result["trials"]]
+    errors = [trial["mae_last_step"] for trial in result["trials"]]
     assert errors == sorted(errors)
     lines = said.err.splitlines()
     assert max(map(len, lines)) <= 80
@@ -80,6 +81,8 @@ def test_the_grid_follows_the_vehicle(runs: tuple[Path, Path], capsys: pytest.Ca
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
+        ([], "give recordings to tune on"),
+        (["RUN", "--simulated", "1"], "give recordings to tune on"),
         (["RUN"], "the inertia is not known; give --inertia"),
         (["RUN", "--inertia", "-1"], "give a number above 0"),
         (
