@@ -166,7 +166,8 @@ def beginning(config: Config) -> tuple[str, ...]:
     return (
         met,
         received,
-        f"publishes {keys.model}, {keys.iteration}, {keys.health} and {keys.effects}; answers {keys.damping}",
+        f"publishes {keys.model}, {keys.iteration}, {keys.coefficients}, {keys.health} and {keys.effects}; answers "
+        f"{keys.damping}",
         f"keeps its state {state}",
         *([] if config.archive.directory is None else [f"archives all messages in {config.archive.directory}"]),
     )

@@ -25,7 +25,7 @@ from service.health.health_watch import HealthWatch
 from service.learner import questions
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.node import LearnerNode
-from service.learner.published import NothingLearned, damping_reply
+from service.learner.published import NothingLearned, check_trained, damping_reply
 from service.learner.questions import DampingQuery, velocity_names
 from service.learner.stand_in import forecast_reply
 from service.state.history import History
@@ -81,6 +81,7 @@ class Answers:
             keys.iteration: self._iteration,
             keys.health: self._health,
             keys.effects: self._effects,
+            keys.coefficients: self._coefficients,
             keys.forecast: self._forecast,
             keys.feedforward: self._feedforward,
         }
@@ -217,6 +218,11 @@ class Answers:
     def _health(self, query: zenoh.Query) -> bytes:
         questions.parameters(query)
         return wire.encode(self._watch.report(self._node))
+
+    def _coefficients(self, query: zenoh.Query) -> bytes:
+        questions.parameters(query)
+        check_trained(self._node.served.model)
+        return wire.encode(self._node.coefficients())
 
     def _effects(self, query: zenoh.Query) -> bytes:
         questions.parameters(query)

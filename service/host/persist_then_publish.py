@@ -49,6 +49,7 @@ class PersistThenPublish:
             self.store.save(self._memory(outcome.memory), *row)
         self.publishers.publish(keys.model, snapshot)
         self.publishers.publish(keys.iteration, report)
+        self.publishers.publish(keys.coefficients, wire.encode(self.node.coefficients()))
         log.info("%s: %s", keys.prefix, iteration_line(outcome.report, AXES[self.config.vehicle.axis]))
 
     def ledger(self) -> None:

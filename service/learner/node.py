@@ -38,7 +38,7 @@ from service.learner.prepared_iteration import (
     take_back,
     train,
 )
-from service.learner.published import ServedModel, damping_reply, snapshot
+from service.learner.published import ServedModel, damping_reply, snapshot, textbook_coefficients
 from service.learner.questions import DampingQuery
 from service.learner.stand_in import StandIn
 from service.learner.thrust import ThrustWatch
@@ -281,6 +281,10 @@ class LearnerNode:
         if whole:
             known |= {"on_the_way": self.batches.to_dict(), "forecast": self.stand_in.to_dict()}
         return known
+
+    def coefficients(self) -> wire.Coefficients:
+        """The textbook's coefficients of what is served; none where nothing is learned."""
+        return textbook_coefficients(self.served, self.boot)
 
     def latest(self) -> wire.ModelSnapshot | None:
         """The snapshot of what is served; None before anything was learned."""

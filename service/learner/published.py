@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.learning.coefficients import coefficients
 from incsvr.learning.learner import Iteration
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, root_mean_square
@@ -82,6 +83,19 @@ def _over(model: Model) -> wire.OverSeveral | None:
         fastest=tuple(several.fastest.tolist()),
         drag=tuple(several.drag.tolist()),
         trained_ranges=several.ranges,
+    )
+
+
+def textbook_coefficients(served: ServedModel, boot: str) -> wire.Coefficients:
+    """The textbook's coefficients of the model that is served; none where all that was learned was taken back."""
+    found = coefficients(served.model) if served.model.is_trained else {}
+    return wire.Coefficients(
+        boot=boot,
+        revision=served.revision,
+        iteration=served.iteration,
+        t=served.t or 0.0,
+        coefficients={name: wire.Coefficient(**each._asdict()) for name, each in found.items()},
+        trained_range=served.model.trained_range,
     )
 
 

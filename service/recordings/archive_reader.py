@@ -143,7 +143,7 @@ def is_archive(path: Path) -> bool:
 
 def _published(prefix: str) -> set[str]:
     keys = Keys(prefix)
-    return {keys.model, keys.iteration, keys.health, keys.effects, keys.estimate}
+    return {keys.model, keys.iteration, keys.health, keys.effects, keys.coefficients, keys.estimate}
 
 
 def _messages(path: Path) -> tuple[str, list[tuple[str, str, float, bytes]]]:

@@ -48,7 +48,7 @@ ACTIONS: dict[str, tuple[Grant, ...]] = {
     "use the model": (
         Grant(("damping", "forecast", "feedforward"), (ASK,)),
         Grant(("estimate", "event"), (FOLLOW,)),
-        Grant(("model",), (ASK, FOLLOW)),
+        Grant(("model", "coefficients"), (ASK, FOLLOW)),
         _with_history("model"),
     ),
     # Whatever is published below the prefix, so that one subscription to all of it is served, too.

@@ -16,6 +16,8 @@ from service.wire.keys import Keys
 from service.wire.model import (
     SETS,
     Batch,
+    Coefficient,
+    Coefficients,
     EffectsLedger,
     IterationHistory,
     IterationReport,
@@ -42,6 +44,8 @@ from service.wire.questions import (
 __all__ = [
     "SETS",
     "Batch",
+    "Coefficient",
+    "Coefficients",
     "DampingQuery",
     "DampingReply",
     "EffectsLedger",

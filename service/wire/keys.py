@@ -37,6 +37,10 @@ class Keys:
         return f"{self.prefix}/iteration"
 
     @property
+    def coefficients(self) -> str:
+        return f"{self.prefix}/coefficients"
+
+    @property
     def damping(self) -> str:
         return f"{self.prefix}/damping"
 

@@ -137,6 +137,25 @@ class ModelSnapshot(WithNoise):
         return Several(own, tuple(others), velocity, np.array(self.over.fastest), np.array(self.over.drag))
 
 
+class Coefficient(Form):
+    """A coefficient and its interval of 95 %: N_r [N m s/rad], N_{r|r|} [N m s²/rad²]; positive where it opposes."""
+
+    estimate: float
+    low: float
+    high: float
+
+
+class Coefficients(Form):
+    """`…/coefficients`: the best N_r r + N_{r|r|} r|r| of the served model, for who draws no curve."""
+
+    boot: str
+    revision: int
+    iteration: int
+    t: float  # the vehicle's time of the newest sample [s]
+    coefficients: dict[str, Coefficient]  # "N_r", "N_r|r|"
+    trained_range: tuple[float, float] | None  # rad/s
+
+
 SETS = ("old", "new", "support", "forgotten", "discarded_tube", "discarded_near", "outliers")
 """The sets of points of one iteration (Fig. 5-6), in the order in which they are drawn."""
 

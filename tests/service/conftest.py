@@ -141,6 +141,7 @@ class Taught:
     bench: Bench
     models: list[wire.ModelSnapshot]
     reports: list[wire.IterationReport]
+    coefficients: list[wire.Coefficients]
 
 
 @pytest.fixture(scope="session")
@@ -149,8 +150,9 @@ def taught(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Taught]:
         bench = begin(state=tmp_path_factory.mktemp("taught"))
         models = bench.follow(bench.keys.model, wire.ModelSnapshot)
         reports = bench.follow(bench.keys.iteration, wire.IterationReport)
+        coefficients = bench.follow(bench.keys.coefficients, wire.Coefficients)
         bench.play(cut(leng.recording("T1", seed=7), 100.0))
-        published = [[each.get(timeout=PATIENCE) for _ in range(3)] for each in (models, reports)]
+        published = [[each.get(timeout=PATIENCE) for _ in range(3)] for each in (models, reports, coefficients)]
         yield Taught(bench, *published)  # type: ignore[arg-type]
 
 

@@ -36,6 +36,20 @@ def test_every_iteration_is_published_with_its_sets_and_its_model(taught: Taught
     assert {name for name in bench.health().counters if name.startswith("rejected")} == {"rejected"}
 
 
+def test_the_textbooks_coefficients_are_a_key_of_their_own(taught: Taught) -> None:
+    bench, newest = taught.bench, taught.coefficients[-1]
+    assert newest.revision == 3
+    payload, _ = bench.get(bench.keys.coefficients)
+    assert payload is not None
+    assert wire.decode(wire.Coefficients, payload) == newest
+    linear, quadratic = (newest.coefficients[name] for name in ("N_r", "N_r|r|"))
+    rate = np.linspace(-0.1, 0.1, 9)
+    curve = bench.host.node.served.model.predict(rate).damping
+    together = linear.estimate * rate + quadratic.estimate * rate * np.abs(rate)
+    assert np.abs(together - curve).mean() < 0.1 * np.abs(curve).max()
+    assert linear.low < linear.estimate < linear.high
+
+
 def test_further_channels_are_kept_with_the_samples(start: StartBench, run: Recording) -> None:
     bench = start(signals__channels=["depth"])
     reports = bench.follow(bench.keys.iteration, wire.IterationReport)

@@ -124,6 +124,7 @@ def test_every_key_and_limit_stands_there() -> None:
         KEYS.feedforward,
         KEYS.health,
         KEYS.effects,
+        KEYS.coefficients,
         KEYS.alive,
     ):
         assert f"`{key}`" in PAGE

@@ -35,7 +35,7 @@ def test_the_damping_query_answers_what_the_snapshot_says(taught: Taught) -> Non
 
 
 def test_before_anything_is_learned_there_is_an_error_reply(untaught: Bench) -> None:
-    for key in (f"{untaught.keys.damping}?rate=0.1", untaught.keys.model):
+    for key in (f"{untaught.keys.damping}?rate=0.1", untaught.keys.model, untaught.keys.coefficients):
         payload, error = untaught.get(key)
         assert payload is None
         assert error is not None
