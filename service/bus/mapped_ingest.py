@@ -198,6 +198,12 @@ class MappedIngest:
         with self._lock:
             return [*(self.mapper.missing.values() if late else ()), *self.mapper.notices()]
 
+    def rate_key(self) -> str | None:
+        """The key on which the yaw rate comes; None before it does."""
+        with self._lock:
+            bindings = self.mapper.bindings.items()
+            return next((key for key, each in bindings if any(name == RATE for name, _ in each.quantities)), None)
+
     def parameters(self) -> dict[str, dict[str, float]]:
         """The parameters that vehicles have sent, by vehicle."""
         with self._lock:

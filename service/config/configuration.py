@@ -36,7 +36,6 @@ REMOVED = {
     "health.stuck_after": "a yaw rate that is constant for 2 s is a fault",
     "health.warn_for": "health shows a rejected sample for 10 s",
     "health.fresh_for": "a sample counts as fresh for 900 s",
-    "health.diagnostics": "a node of ROS 2 asks the key PREFIX/health, which is JSON",
     "archive.file_mb": "a file ends at 32 MB; archive.most_mb limits all files together",
     "simulation": "`incsvr simulate` has the flags --runs, --seed, --underway, --drop-outs, --jitter and --duplicates",
 }

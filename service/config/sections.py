@@ -211,9 +211,19 @@ class Learner(Section):
 
 
 class HealthLimits(Section):
-    """The limit of silence in health."""
+    """The limit of silence in health, and its further key."""
 
     stale_after: Seconds = Field(default=2.0, description="silence of a stream that makes health STALE [s], wall time")
+    diagnostics: str | None = Field(
+        default=None, description="key of ROS 2's DiagnosticArray of health; null: beside the Imu with preset ros2"
+    )
+
+    @field_validator("diagnostics")
+    @classmethod
+    def _one_key(cls, key: str | None) -> str | None:
+        if key is not None and (not key or key[0] == "/" or key[-1] == "/" or set(key) & set("*$?#") or "//" in key):
+            raise ValueError("this is no key to publish on; write names with slashes between them, such as diagnostics")
+        return key
 
 
 class Tracing(Section):

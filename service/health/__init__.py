@@ -1,1 +1,1 @@
-"""The health of a learner, and its reports to systemd."""
+"""The health of a learner, and its report to ROS 2."""

@@ -147,7 +147,7 @@ class Host:
         if self._live is not None:
             self._switch = EffectSwitch(config, self.node, self._live, self._persist_then_publish)
             self._switch.tell_node()
-        self._health_publisher = HealthPublisher(config, self._publishers)
+        self._health_publisher = HealthPublisher(session, config, self._publishers)
         latest = self.node.latest()
         if latest is not None:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
@@ -215,9 +215,11 @@ class Host:
             whether `learn` is to be called though no batch may wait.
         """
         now = time.monotonic()
-        store = self._store
+        store, mapped = self._store, self.mapped
         self.watch.observe(self._conditions())
-        self._health_publisher.publish(self.watch.report(self.node), now)
+        health = self.watch.report(self.node)
+        ros = mapped is not None and self._config.inputs.preset == "ros2"
+        self._health_publisher.publish(health, now, mapped.rate_key() if ros and mapped is not None else None)
         return (self._live is not None and self._live.waits) or (store is not None and store.due)
 
     def _conditions(self) -> HealthConditions:
@@ -310,6 +312,7 @@ class Host:
         """Undeclares all but the publishers: theirs may take ten seconds, and ends with the session."""
         self.feed.close()
         self.answers.close()
+        self._health_publisher.close()
         self._duplicate.close()
 
     def _decide(self, verb: OperatorVerb, name: str) -> bytes:

@@ -7,7 +7,7 @@ package for them. Source: OMG DDS-XTypes 1.3, 7.4.3 (XCDR version 1), and the de
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -72,6 +72,11 @@ TYPES: Mapping[str, str] = {
     "mavros_msgs/msg/State": (
         "header, bool connected, bool armed, bool guided, bool manual_input, string mode, u8 system_status"
     ),
+    "diagnostic_msgs/msg/KeyValue": "string key, string value",
+    "diagnostic_msgs/msg/DiagnosticStatus": (
+        "u8 level, string name, string message, string hardware_id, diagnostic_msgs/msg/KeyValue[] values"
+    ),
+    "diagnostic_msgs/msg/DiagnosticArray": "header, diagnostic_msgs/msg/DiagnosticStatus[] status",
 }
 """The fields of each type in their order."""
 _LETTERS = {
@@ -109,6 +114,13 @@ def decode(payload: bytes, name: str) -> dict[str, Any]:
         return reader.message(name)
     except (struct.error, UnicodeDecodeError) as error:
         raise ValueError(str(error)) from None
+
+
+def encode(name: str, message: Mapping[str, Any]) -> bytes:
+    """A message of a known type, little-endian; stamps are nanoseconds since 1970."""
+    writer = _Writer()
+    writer.message(name, message)
+    return LITTLE + bytes(writer.content)
 
 
 @cache
@@ -163,3 +175,36 @@ class _Reader:
         found = struct.unpack_from(f"{self._order}{count}{letter}", self._payload, self._place)
         self._place += size * count
         return found
+
+
+class _Writer:
+    def __init__(self) -> None:
+        self.content = bytearray()
+
+    def message(self, name: str, message: Mapping[str, Any]) -> None:
+        for field, kind, count in fields(name):
+            self._field(kind, count, message[field])
+
+    def _field(self, kind: str, count: int, value: Any) -> None:
+        if count == ONE:
+            self._one(kind, value)
+            return
+        items: Sequence[Any] = value
+        if count == MANY:
+            self._one("u32", len(items))
+        for item in items:
+            self._one(kind, item)
+
+    def _one(self, kind: str, value: Any) -> None:
+        if kind in _LETTERS:
+            packed = struct.pack(f"<{_LETTERS[kind]}", value)
+            self.content += b"\0" * (-len(self.content) % len(packed)) + packed
+        elif kind == "time":
+            self._one("i32", value // 10**9)
+            self._one("u32", value % 10**9)
+        elif kind == "string":
+            text = str(value).encode() + b"\0"
+            self._one("u32", len(text))
+            self.content += text
+        else:
+            self.message(kind, value)

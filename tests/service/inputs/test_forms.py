@@ -70,6 +70,18 @@ def test_cdr_is_read_as_rosbags_writes_it(kind: str) -> None:
             assert cdr.decode(payload, kind) == plain(oracle.decode(payload, kind))
 
 
+def test_diagnostics_are_written_as_rosbags_reads_them() -> None:
+    values = [{"key": "samples", "value": "17"}, {"key": "µ", "value": ""}]
+    status = [{"level": 1, "name": "leng/yaw", "message": "learning", "hardware_id": "leng", "values": values}] * 2
+    header = {"stamp": 1_700_000_000_250_000_000, "frame_id": ""}
+    kind = "diagnostic_msgs/msg/DiagnosticArray"
+    payload = cdr.encode(kind, {"header": header, "status": status})
+    message = STORE.deserialize_cdr(payload, kind)
+    assert bytes(STORE.serialize_cdr(message, kind)).rstrip(b"\0") == payload.rstrip(b"\0")
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1_700_000_000, 250_000_000)
+    assert [(each.key, each.value) for each in message.status[1].values] == [("samples", "17"), ("µ", "")]
+
+
 @pytest.mark.parametrize(
     ("message", "value"),
     [

@@ -81,6 +81,7 @@ def test_what_is_not_taken_in_time_is_bounded_and_told() -> None:
         ("inputs: {torque: {topic: a, unit: lb ft}}", "there is no unit 'lb ft'"),
         ("inputs: {torque: {topic: a, form: xml}}", "inputs.torque.form"),
         ("inputs: {thrusters: {command: pwm, each: [{field: a, arm: 1.0}]}}", "give the topic of the commands"),
+        ("health: {diagnostics: /a/*}", "this is no key to publish on; write names with slashes between them"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_line(

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import queue
 from typing import Any
 
 import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from zenoh.ext import Int64, z_deserialize
 
 from incsvr.errors import BadInput
 from service.inputs.bus_keys import matches, ros_type
 from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs
+from tests.service.conftest import PATIENCE
 from tests.service.inputs.conftest import Board
 from tests.service.inputs.test_forms import MAVROS
 from tests.service.logs.dive import EPOCH, Dive, dive
@@ -62,6 +65,7 @@ def wrench_stamped(t: float, torque: float) -> bytes:
     return cdr("geometry_msgs/msg/WrenchStamped", header=header(t), wrench=inner)
 
 
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 IMU, WRENCH, STAMPED = "sensor_msgs/msg/Imu", "geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped"
 
 
@@ -114,6 +118,40 @@ def test_topics_that_the_configuration_names(board: Board, swim: Dive) -> None:
     assert health.streams["yaw_rate"].value == pytest.approx(swim.rate[599], abs=1e-9)
     samples = vessel.health_when(lambda health: health.counters["samples"] >= 40).counters["samples"]
     assert samples <= 50  # the first third was not armed
+
+
+@pytest.mark.parametrize("bridge", [False, True])
+def test_health_goes_out_as_diagnostics(board: Board, swim: Dive, bridge: bool) -> None:
+    """As rmw_zenoh wants it: type hash, attachment and tokens; over a bridge the topic alone. rosbags reads it."""
+    inputs: dict[str, Any] = {"preset": "ros2"}
+    key = f"0/diagnostics/diagnostic_msgs::msg::dds_::DiagnosticArray_/{STORE.hash_rihs01(DIAGNOSTICS)}"
+    rate_key = rmw("imu", IMU)
+    if bridge:
+        key, rate_key = "diagnostics", "rov/imu"
+        inputs["yaw_rate"] = {"topic": "rov/imu", "form": f"cdr:{IMU}"}
+    vessel = board(inputs, health={"stale_after": 0.2})
+    came: queue.Queue[Any] = queue.Queue()
+    vessel.session.declare_subscriber(key, came.put)
+    vessel.send([(rate_key, imu(t, rate)) for t, rate in zip(swim.time[:20], swim.rate, strict=False)], 20)
+    samples = [came.get(timeout=PATIENCE)]
+    while (message := STORE.deserialize_cdr(samples[-1].payload.to_bytes(), DIAGNOSTICS)).status[0].level == 0:
+        samples.append(came.get(timeout=PATIENCE))  # until it is late that no torque has come
+    (status,) = message.status
+    assert (status.name, status.level, status.hardware_id) == ("incsvr: leng/yaw", 3, "leng")
+    assert {each.key: each.value for each in status.values}["learning"] == "learning"
+    assert "no torque has arrived yet" in {status.message, *(each.value for each in status.values)}
+    if bridge:
+        assert samples[-1].attachment is None
+        return
+    number, at, gid = z_deserialize(tuple[Int64, Int64, bytes], samples[-1].attachment)
+    assert (number, len(gid)) == (len(samples), 16)
+    assert abs(at - 1e9 * message.header.stamp.sec) < 1e9
+    tokens = {str(reply.ok.key_expr) for reply in vessel.session.liveliness().get("@ros2_lv/0/**") if reply.ok}
+    session = str(vessel.host._session.info.zid())
+    assert tokens == {
+        f"@ros2_lv/0/{session}/0/0/NN/%/%/incsvr_leng_yaw",
+        f"@ros2_lv/0/{session}/0/1/MP/%/%/incsvr_leng_yaw/%diagnostics/{key.partition('diagnostics/')[2]}/::,10:,:,:,,",
+    }
 
 
 def test_broken_messages_are_counted_and_learn_nothing(board: Board, swim: Dive) -> None:
