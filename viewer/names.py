@@ -7,7 +7,7 @@ from typing import Any
 
 from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.tracing.sentences import LABELS
-from service.inputs.quantities import si_unit
+from service.inputs.units import si_unit
 from viewer.frame import clock_text
 
 

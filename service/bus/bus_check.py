@@ -1,15 +1,13 @@
 """Whether a learner could use what its configuration names, by the rights of the user that will run it.
 
-A Zenoh file is good when its certificates and keys can be read and fit each other, when a client that trusts the same
-authority would accept them, and when its access control speaks of the configured prefix.
+A Zenoh file is good when its certificates and keys can be read, when the certificates are valid now, and when its
+access control speaks of the configured prefix.
 """
 
 from __future__ import annotations
 
 import getpass
 import os
-import re
-import ssl
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -17,11 +15,9 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
-from service.bus.session import from_file
+from service.bus.session import certificates, endpoints, from_file, section, tls_files
 from service.config.configuration import Config
 from service.config.sections import Bus
-from service.security.certificate_validity import validities
-from service.security.zenoh_file import endpoints, section, tls_files
 from service.state.disk_refusals import OTHER_STATE, unwritable, user_name
 from service.wire import Keys
 
@@ -88,19 +84,13 @@ def check_bus(bus: Bus, prefixes: Sequence[str]) -> str:
     if path is None:
         return f"as a client of {bus.connect}" if bus.connect is not None else f"at {bus.listen}"
     config = from_file(path)
-    named = tls_files(config)
-    for each in validities(config):
+    for each in certificates(config):
         if each.refused_now:
             raise BadInput(f"{path}: {each.sentence_now()}")
-    for side in ("listen", "connect"):
-        _check_pair(named.get(f"{side}_certificate"), named.get(f"{side}_private_key"))
     listened = endpoints(config, "listen")
-    if {"listen_certificate", "listen_private_key", "root_ca_certificate"} <= named.keys():
-        for endpoint in listened:
-            _check_handshake(endpoint, named)
     _check_access(config, path, prefixes)
     where = f"at {', '.join(listened)}" if listened else f"as {path} says"
-    return "; ".join([where, *(said for each in validities(config) if (said := each.sentence_now()) is not None)])
+    return "; ".join([where, *(said for each in certificates(config) if (said := each.sentence_now()) is not None)])
 
 
 def _check_state(state: Path | None) -> None:
@@ -136,41 +126,6 @@ def _obstacle(path: Path) -> str:
             )
         return f"the folder {place} is closed to others, {mode}; `chmod a+x {place}` opens it"
     return "the folders above it are closed to others"
-
-
-def _check_pair(certificate: Path | None, key: Path | None) -> None:
-    if certificate is None or key is None:
-        return
-    try:
-        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key)
-    except ssl.SSLError as error:
-        raise BadInput(f"{certificate} and {key} are not a certificate and its key ({error.reason})") from None
-
-
-def _check_handshake(endpoint: str, named: dict[str, Path]) -> None:
-    """A client and a server in memory: whether a client would accept the learner's certificate at this endpoint."""
-    server_side, client_side = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER), ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-    server_side.load_cert_chain(named["listen_certificate"], named["listen_private_key"])
-    try:
-        client_side.load_verify_locations(named["root_ca_certificate"])
-    except ssl.SSLError as error:
-        raise BadInput(
-            f"{named['root_ca_certificate']} contains no certificate of an authority ({error.reason})"
-        ) from None
-    host = re.sub(r"^\w+/\[?|\]?:\d+.*$", "", endpoint)
-    to_server, to_client = ssl.MemoryBIO(), ssl.MemoryBIO()
-    server = server_side.wrap_bio(to_server, to_client, server_side=True)
-    client = client_side.wrap_bio(to_client, to_server, server_hostname=host)
-    for side in (client, server, client):
-        try:
-            side.do_handshake()
-        except ssl.SSLWantReadError:
-            continue
-        except ssl.SSLCertVerificationError as error:
-            raise BadInput(
-                f"{named['listen_certificate']}: a client refuses it at {endpoint}: {error.verify_message}; "
-                "`incsvr keys … --role learner --replace` makes another"
-            ) from None
 
 
 def _check_access(config: zenoh.Config, path: Path, prefixes: Sequence[str]) -> None:

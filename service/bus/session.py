@@ -7,26 +7,62 @@ learner is one more client of it. A Zenoh JSON5 file (TLS, access control) repla
 from __future__ import annotations
 
 import copy
+import json
 import logging
 import math
 import signal
 import socket
 import threading
 import time
-from collections.abc import Callable
+import uuid
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import zenoh
+from zenoh.handlers import RingChannel
 
 from incsvr.errors import BadInput
-from service.security.zenoh_file import endpoints, tls_section
+from service import wire
 from service.wire.form import FormType, decode
 from service.wire.json_text import json_text
 
 if TYPE_CHECKING:
     from service.config.sections import Bus
     from service.security.certificate_validity import Validity
+
+
+_FILES = (
+    "root_ca_certificate",
+    "listen_certificate",
+    "listen_private_key",
+    "connect_certificate",
+    "connect_private_key",
+)
+
+
+def section(config: zenoh.Config, name: str) -> Any:
+    """A part of it, such as access_control; None where it is not given."""
+    return json.loads(config.get_json(name))
+
+
+def endpoints(config: zenoh.Config, side: Literal["listen", "connect"]) -> list[str]:
+    """The endpoints to listen at or to connect to; a file may give them for each mode."""
+    found = section(config, f"{side}/endpoints") or []
+    return [endpoint for part in found.values() for endpoint in part] if isinstance(found, dict) else list(found)
+
+
+def tls_section(config: zenoh.Config) -> Mapping[str, Any]:
+    """The TLS section of the file; empty if there is none."""
+    found = section(config, "transport/link/tls") or {}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def tls_files(config: zenoh.Config) -> dict[str, Path]:
+    """The certificates and keys that it names."""
+    tls = tls_section(config)
+    return {name: Path(tls[name]) for name in _FILES if name in tls}
+
 
 log = logging.getLogger(__name__)
 
@@ -170,21 +206,27 @@ def nobody_at(bus: Bus) -> str:
 
 def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
     """The validity of a configuration's certificates; none without TLS."""
-    if not tls_section(config):
+    tls = tls_section(config)
+    if not tls:
         return ()
     # Loaded where it is needed alone: most buses have none.
     from service.security.certificate_validity import validities
 
-    return validities(config)
+    return validities(tls)
 
 
 def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
     """The error that explains why no session was opened: `BusRefusal` if the endpoint is in use."""
     tls = bool(tls_section(config))
     if "address already in use" in str(error).lower():
-        from service.bus.port_occupant import port_in_use
-
-        return BusRefusal(port_in_use(endpoints(config, "listen"), tls))
+        endpoint = next(iter(endpoints(config, "listen")), "the endpoint")
+        cure = f"listen at another port with --listen, or be its client with --connect {endpoint}"
+        if tls:
+            cure = "or make keys for another port (`incsvr keys --listen`)"
+        return BusRefusal(
+            f"{endpoint} is in use, by another learner, a router or another program (`incsvr status` shows a learner, "
+            f"`ss -ltnp` any program); end it, {cure}"
+        )
     refused = [each.sentence_now() for each in certificates(config) if each.refused_now]
     if refused and refused[0] is not None:
         return BusRefusal(refused[0])
@@ -221,3 +263,83 @@ def free_endpoint() -> str:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+DEAD_TOKEN_S = 3.0
+"""The time for which the token of a learner that died is seen [s]: a lease of two seconds, and one of grace."""
+HEALTH_MEMORY_S = 5.0
+"""The time for which another learner counts as there after its last health [s]; it comes once a second."""
+START_WAIT_S = 0.5
+"""The time for which a client of a hub waits for others that start in the same moment [s]; their tokens are seen in
+milliseconds, over a slow link in tenths of a second."""
+CANDIDATE_MARK, OWNER_MARK = "1", "0"
+"""The first letter of a name on `…/coming/*`: who stays comes before all who are coming."""
+
+
+def take_prefix(session: zenoh.Session, prefix: str, stop: threading.Event, hub: bool) -> Any:
+    """Waits until nobody else is alive under this prefix, and returns a token that is to be held as long as we are.
+
+    Of several that start in the same moment, each has said so before it looks, and looks for START_WAIT_S: so all
+    see each other, and the one with the smallest name stays.
+
+    Args:
+        hub: other learners may be clients of the same hub; who listens itself has its port alone.
+
+    Raises:
+        BadInput: somebody else stays.
+    """
+    keys, name = wire.Keys(prefix), uuid.uuid4().hex
+    liveliness = session.liveliness()
+    coming: Any = liveliness.declare_token(keys.coming(CANDIDATE_MARK + name))
+    began = time.monotonic()
+    while (taken := _is_taken(session, keys, name)) or (hub and time.monotonic() < began + START_WAIT_S):
+        if taken and time.monotonic() >= began + DEAD_TOKEN_S:
+            coming.undeclare()
+            raise BadInput(
+                f"another learner has the prefix {prefix} on this bus; end it, give this one another --prefix, or "
+                "set bus.allow_second to run both"
+            )
+        if stop.wait(0.1):
+            break
+    token = liveliness.declare_token(keys.coming(OWNER_MARK + name))
+    coming.undeclare()
+    return token
+
+
+def _is_taken(session: zenoh.Session, keys: wire.Keys, name: str) -> bool:
+    """Whether a learner is alive, or one that comes is to stay rather than we."""
+    if any(reply.ok is not None for reply in session.liveliness().get(keys.alive, timeout=DEAD_TOKEN_S)):
+        return True
+    replies = session.liveliness().get(keys.coming("*"), timeout=DEAD_TOKEN_S)
+    names = {str(reply.ok.key_expr).rpartition("/")[2] for reply in replies if reply.ok is not None}
+    return any(other < CANDIDATE_MARK + name for other in names)
+
+
+class DuplicateLearner:
+    """Listens whether somebody else publishes health under our prefix.
+
+    Args:
+        boot: identifies this start of ours.
+        clock: a monotonic clock [s].
+    """
+
+    def __init__(self, session: zenoh.Session, keys: wire.Keys, boot: str, clock: Callable[[], float]) -> None:
+        self._boot, self._clock = boot, clock
+        self._ring: Any = session.declare_subscriber(keys.health, RingChannel(8), allowed_origin=zenoh.Locality.REMOTE)
+        self._last_other: tuple[str, float] | None = None
+
+    def notice(self) -> tuple[str, ...]:
+        """The sentence of health on another learner of the same prefix; nothing without one."""
+        while (sample := self._ring.try_recv()) is not None:
+            try:
+                other = wire.decode(wire.Health, sample.payload.to_bytes()).boot
+            except BadInput:
+                continue
+            if other != self._boot:
+                self._last_other = (other[:40], self._clock())
+        if self._last_other is None or self._clock() - self._last_other[1] > HEALTH_MEMORY_S:
+            return ()
+        return (f"another learner, of boot {self._last_other[0]}, publishes under the same prefix; end one of them",)
+
+    def close(self) -> None:
+        self._ring.undeclare()

@@ -1,9 +1,15 @@
-"""The command that installs a missing package, by the extras in the installed metadata."""
+"""Packages that are loaded where they are needed alone, and the command that installs a missing one, by the extras in
+the installed metadata."""
 
 from __future__ import annotations
 
 import re
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, metadata, requires
+from pathlib import Path
+from typing import Any
+
+from incsvr.errors import BadInput
 
 _DISTRIBUTIONS = {
     "rerun": "rerun-sdk",
@@ -20,7 +26,7 @@ def how_to_install(module: str) -> str:
     The package itself is in no registry: an extra of it can be named where its checkout is. What the extra holds can be
     installed anywhere.
     """
-    package = _DISTRIBUTIONS.get(module.partition(".")[0], module.partition(".")[0])
+    package = _distribution(module)
     for extra, requirements in extras().items():
         if any(_name(requirement) == _normal(package) for requirement in requirements):
             listed = " ".join(f"'{requirement}'" for requirement in requirements)
@@ -43,9 +49,30 @@ def extras() -> dict[str, list[str]]:
     return {name: found[name] for name in sorted(found, key=lambda name: name in ("dev", "docs", "bench"))}
 
 
+def _distribution(module: str) -> str:
+    name = module.partition(".")[0]
+    return _DISTRIBUTIONS.get(name, name)
+
+
 def _name(requirement: str) -> str:
     return _normal(re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0])
 
 
 def _normal(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def load_package(module: str, path: Path | str, what: str) -> Any:
+    """The module that reads `what` in `path`.
+
+    Raises:
+        BadInput: its package is not installed; the sentence names the command that installs it.
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        package = _distribution(module)
+        raise BadInput(
+            f"{path}: {what} is read by the package {package}, which does not load here ({error}); "
+            f"install it: {how_to_install(package)}"
+        ) from None

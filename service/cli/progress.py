@@ -46,7 +46,7 @@ def _bar(what: str, total: int | None) -> Iterator[Advance]:
     # Loaded where it is needed alone: a learner has no terminal.
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-    from service.cli.console import Console
+    from service.cli.display import Console
 
     count = () if total is None else (MofNCompleteColumn(),)
     columns = (TextColumn("{task.description}"), BarColumn(), *count, TimeElapsedColumn())

@@ -1,8 +1,13 @@
-"""The arguments that several commands have in common."""
+"""The arguments that several commands have in common, and the head of their reports."""
 
 from __future__ import annotations
 
 import argparse
+import shlex
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
 
 from service.cli.output import add_json_argument, report_destination
@@ -13,9 +18,9 @@ POLICIES = ("paper", "weighted")
 POLICY_HELP = "policy that selects the samples to keep (default: weighted, or as configured)"
 
 
-def add_question_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0) -> None:
+def add_question_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of a command that asks a learner, after those that say what."""
-    add_client_arguments(parser, wait_s)
+    add_client_arguments(parser)
     add_json_argument(parser)
 
 
@@ -33,3 +38,20 @@ def add_report_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--report", type=report_destination, metavar="FILE.html", help="write a report as one self-contained file"
     )
+
+
+REPORT_WRITER = "viewer.report"
+"""Writes a report; loaded when asked for, so that learning and tracing need no drawing library."""
+PLOTS = "viewer.plots"
+"""Draws figures; loaded when asked for."""
+
+
+def provenance(args: argparse.Namespace, words: Sequence[str] | None = None) -> dict[str, str]:
+    """Recordings, command line (`words`, or those of this process), software and date, each by what to call it."""
+    named = {"recordings": args.recordings, "validated on": args.validate}
+    return {
+        **{name: ", ".join(path.name for path in paths) for name, paths in named.items() if paths},
+        "command": shlex.join(["incsvr", *(sys.argv[1:] if words is None else words)]),
+        "software": f"incsvr {version('incsvr')}, numpy {version('numpy')}, scipy {version('scipy')}",
+        "date": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    }

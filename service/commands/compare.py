@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.vehicle import Comparison, compare, on_grid
+from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
+from incsvr.vehicle import compare, on_grid
 from incsvr.vehicle.causes import causes
 from incsvr.vehicle.changes import LEVEL, Changes
-from incsvr.vehicle.compare import Value
+from incsvr.vehicle.compare import Comparison, Value
 from incsvr.vehicle.history import History
 from incsvr.vehicle.shown import Shown
+from service.cli.extras import how_to_install
 from service.cli.output import add_json_argument, emit, refuse_unwritable
-from service.commands import dive_table, log_configuration
-from service.commands.arguments import add_report_argument
-from service.commands.change_text import change_words, value_line
+from service.commands import log_configuration
+from service.commands.arguments import REPORT_WRITER, add_report_argument, provenance
 from service.commands.identify import TAKES, configured
-from service.commands.report_head import REPORT_WRITER, provenance
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
-from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import DIVE_GIVEN_TWICE, refuse_implausible, refuse_twice
-from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.reading import Reading, add_log_arguments, read_body
 from service.recordings.recording import Recording
 
 MAX_LINES = 40
@@ -54,13 +55,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    if any(dive_table.is_dive_table(path) for path in args.dives):
+    if any(is_dive_table(path) for path in args.dives):
         if args.table is not None:
             refuse_unwritable(args.table, "--table")
         return _run_on_tables(args)
     compared = answer(args)
     if args.report:
-        import_module(REPORT_WRITER).write_dives(compared, explanations(compared), args.report, _made_of(args))
+        made_of = provenance(argparse.Namespace(recordings=args.dives, validate=[]))
+        import_module(REPORT_WRITER).write_dives(compared, explanations(compared), args.report, made_of)
     emit(args, to_dict(compared), text(compared))
     return 0
 
@@ -85,7 +87,7 @@ def answer(args: argparse.Namespace) -> Comparison:
     if args.table is not None:
         refuse_unwritable(args.table, "--table")
     for path in args.dives:
-        if dive_table.is_dive_table(path):
+        if is_dive_table(path):
             raise BadInput(f"{path}: is a table of dives, which only the command incsvr compare takes; give logs")
     config, masses = configured(args)
     reading = Reading.of(args, config)
@@ -100,7 +102,7 @@ def answer(args: argparse.Namespace) -> Comparison:
     compared = compare(motions, [recording.name for recording in recordings], masses)
     compared = replace(compared, order=order)
     if args.table is not None:
-        dive_table.write(args.table, compared, args.name)
+        write_dives(args.table, compared, args.name)
     return compared
 
 
@@ -118,22 +120,17 @@ def _in_order(recordings: list[Recording]) -> tuple[list[Recording], str]:
     return ordered, f"in the order of their stamps{given}"
 
 
-def _made_of(args: argparse.Namespace) -> dict[str, str]:
-    """What a report is made of."""
-    return provenance(argparse.Namespace(recordings=args.dives, validate=[]))
-
-
 def _run_on_tables(args: argparse.Namespace) -> int:
     """Compares stored coefficients."""
     for path in args.dives:
-        if not dive_table.is_dive_table(path):
+        if not is_dive_table(path):
             raise BadInput(f"{path}: is no table of dives; compare either logs or tables of dives")
     if args.report:
         raise BadInput("--report needs the logs of one vehicle's dives; of tables, --table writes what was found")
-    table, history = dive_table.read(args.dives, whole=args.table is not None)
+    table, history = read_dives(args.dives, whole=args.table is not None)
     found = history.changes()
     if args.table is not None:
-        dive_table.write_compared(args.table, table, found)
+        write_compared(args.table, table, found)
     rows, seen = _changed_rows(table, history, found), history.shown(found, table.column("dive"))
     document = {"coefficients": table.num_rows, "changes": rows, "shown": [each.to_dict() for each in seen]}
     emit(args, document, _text_of_tables(rows, history, found, seen))
@@ -203,3 +200,110 @@ def text(compared: Comparison) -> str:
     lines.append(f"The dives are {compared.order}.")
     lines.append(f"The chance of any false change over these {len(compared.dives)} dives is at most 5 %.")
     return "\n".join(lines)
+
+
+def value_line(dive: str, value: Value) -> str:
+    """A dive's value with its interval, beside that of the dives before."""
+    against = "" if value.reference is None else f"  before {value.reference:.4g}, p = {value.p_value:.2g}"
+    mark = "  CHANGED" if value.changed else ""
+    return f"  {dive:<24}{value.estimate:>10.4g} ({value.low:.4g} to {value.high:.4g}){against}{mark}"
+
+
+def change_words(value: Value) -> str:
+    """By how much a value changed against the dives before, with an interval of 95 %, and how sure that is."""
+    before, before_error = value.reference or 0.0, value.reference_error or 0.0
+    certainty = f"p = {value.p_value:.1g}"
+    if not before or value.estimate / before <= 0.0:
+        return f"changed from {before:.4g} to {value.estimate:.4g} from this dive on ({certainty})"
+    ratio = value.estimate / before
+    spread = math.hypot(value.error / value.estimate, before_error / before)
+    ends = (ratio * math.exp(side * NORMAL_95_DEVIATIONS * spread) for side in (0.0, -1.0, 1.0))
+    by, low, high = (f"{100.0 * (each - 1.0):+.0f}" for each in ends)
+    return f"changed by {by} % from this dive on (95 %: {low} to {high} %; {certainty})"
+
+
+TEXTS = ("vehicle", "axis", "quantity")
+NUMBERS = ("at_speed", "estimate", "standard_error", "degrees_of_freedom")
+"""Columns that a table must have to be compared."""
+
+
+def write_dives(path: Path, compared: Comparison, vehicle: str) -> None:
+    """Writes the rows of a comparison of one vehicle."""
+    arrow, parquet = packages()
+    about = {"vehicle": vehicle, "version": version("incsvr")}
+    table = arrow.Table.from_pylist([{**about, **row} for row in compared.rows()])
+    parquet.write_table(table, path, store_schema=False)
+
+
+def is_dive_table(path: Path) -> bool:
+    """Whether a file is a table of dives, by its columns."""
+    if path.suffix != ".parquet" or not path.is_file():
+        return False
+    arrow, parquet = packages()
+    try:
+        return {*TEXTS, *NUMBERS} <= set(parquet.read_schema(path).names)
+    except (arrow.ArrowException, OSError):
+        return False  # the reader of logs says what is wrong with it
+
+
+def read_dives(paths: Sequence[Path], whole: bool) -> tuple[Any, History]:
+    """The rows of tables, one after the other, as an Arrow table and as a history.
+
+    Args:
+        whole: whether every column is wanted; else only those that a comparison needs.
+
+    Raises:
+        BadInput: a table is damaged, or its columns are of another kind.
+    """
+    arrow, _ = packages()
+    columns = [*TEXTS, "dive", *NUMBERS]
+    try:
+        parts = [_part(path, None if whole else columns) for path in paths]
+        table = arrow.concat_tables(parts, promote_options="default").unify_dictionaries().combine_chunks()
+        coded = [table.column(name).combine_chunks() for name in TEXTS]
+        vehicle, axis, quantity = (column.indices.to_numpy(zero_copy_only=False).astype(np.int64) for column in coded)
+        numbers = [table.column(name).to_numpy() for name in NUMBERS]
+        names = (coded[0].dictionary.to_pylist(), coded[1].dictionary.to_pylist(), coded[2].dictionary.to_pylist())
+        speed, estimate, error, freedom = (np.asarray(column, dtype=np.float64) for column in numbers)
+    except (arrow.ArrowException, OSError, AttributeError, ValueError, KeyError) as error_:
+        raise BadInput(
+            f"{paths[0]}: no table of dives can be read ({str(error_).splitlines()[0]}); write it with "
+            "`incsvr compare --table`"
+        ) from None
+    if table.num_rows == 0:
+        raise BadInput(f"{paths[0]}: the table of dives has no rows; write it with `incsvr compare --table`")
+    if len(paths) > 1 and table.group_by(columns).aggregate([]).num_rows < table.num_rows:
+        raise BadInput(f"{' and '.join(path.name for path in paths)} hold the same dive, and {DIVE_GIVEN_TWICE}")
+    return table, History(vehicle, axis, quantity, names, speed, estimate, error, freedom)
+
+
+def _part(path: Path, columns: Sequence[str] | None) -> Any:
+    """One table, its texts by their codes, which repeat."""
+    arrow, parquet = packages()
+    texts = [field.name for field in parquet.read_schema(path) if arrow.types.is_string(field.type)]
+    return parquet.read_table(path, columns=columns, read_dictionary=texts)
+
+
+def write_compared(path: Path, table: Any, found: Changes) -> None:
+    """Writes rows that were read, with all their columns, and what the test says of each."""
+    arrow, parquet = packages()
+    judged = {
+        "reference": found.reference, "p_value": found.p_value, "changed": found.changed,
+        "smallest_change": found.smallest,
+    }  # fmt: skip
+    for name, values in judged.items():
+        column, place = arrow.array(values, from_pandas=True), table.schema.get_field_index(name)
+        table = table.append_column(name, column) if place < 0 else table.set_column(place, name, column)
+    parquet.write_table(table, path, store_schema=False)
+
+
+def packages() -> tuple[Any, Any]:
+    """pyarrow and its part for Parquet.
+
+    Raises:
+        BadInput: they are not installed.
+    """
+    try:
+        return import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ModuleNotFoundError:
+        raise BadInput(f"a table needs pyarrow, which is not installed: {how_to_install('pyarrow')}") from None

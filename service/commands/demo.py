@@ -27,8 +27,7 @@ from incsvr.errors import BadInput, Failed
 from incsvr.plant.axes import AXES
 from service.bus.client import Client, bus_client
 from service.bus.session import free_endpoint
-from service.cli.log_lines import iteration_line
-from service.cli.output import add_json_argument, destination, emit, writing
+from service.cli.output import add_json_argument, destination, emit, iteration_line, writing
 from service.commands.demo_verdict import outcome, verdict
 from service.config.configuration import Config
 from service.config.sections import Bus

@@ -27,11 +27,17 @@ from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.samples import Samples
 from service.cli.progress import progress
-from service.commands.cures import Cures
-from service.commands.declaration import Declaration
+from service.commands.declaration import Cures, Declaration
 from service.commands.fit_alternatives import alternative
-from service.commands.fit_attempt import TORQUE_KIND, Terms
-from service.commands.fit_refusals import HeldTooSeldom, of_a_command, refuse_unlearned, refuse_wrong, too_few
+from service.commands.fit_attempt import (
+    TORQUE_KIND,
+    HeldTooSeldom,
+    Terms,
+    of_a_command,
+    refuse_unlearned,
+    refuse_wrong,
+    too_few,
+)
 from service.commands.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.config.traced_effects import TracedEffects
 from service.recordings.recording import Recording, sequence

@@ -17,9 +17,9 @@ from service.cli.output import refuse_unwritable, writing
 from service.commands import config_output
 from service.commands.fit_result import Fit
 from service.config.configuration import Config, validate
+from service.config.core_yaml import Place, with_values
 from service.config.sources import read as read_config
 from service.config.traced_effects import configured_effects
-from service.config.yaml_edit import Place, with_values
 from service.learner.node import LearnerNode
 from service.learner.published import report
 from service.recordings.recording import Recording

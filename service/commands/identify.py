@@ -3,32 +3,32 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from incsvr.errors import BadInput
-from incsvr.plant.axes import AXES
+from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.mass_and_coriolis import mass_matrix
-from incsvr.vehicle import Identified, WholeMotion, identify, on_grid
+from incsvr.plant.terms import mass_unit
+from incsvr.vehicle import Identified, Parameter, Vehicle, WholeMotion, identify, on_grid
 from incsvr.vehicle.identify import STEPS
+from incsvr.vehicle.simulation import RUNAWAY
 from service.cli.output import add_json_argument, emit, refuse_replacing, writing
 from service.cli.progress import progress
 from service.commands import log_configuration
-from service.commands.arguments import add_report_argument
-from service.commands.identify_refusals import refuse_runaway, refuse_stuck
-from service.commands.identify_text import text
-from service.commands.report_head import REPORT_WRITER, provenance
+from service.commands.arguments import REPORT_WRITER, add_report_argument, provenance
+from service.commands.trace_sensors import examine_sensors, with_heading_sign
 from service.config.configuration import Config
 from service.config.sources import read as read_config
-from service.config.vehicle_entries import is_name
-from service.config.vehicle_file import MARK, read_values, write_vehicle
+from service.config.vehicle_file import MARK, is_name, read_values, write_vehicle
 from service.number import number_of
-from service.recordings.body_reading import read_body
 from service.recordings.log_refusals import refuse_implausible, refuse_twice
-from service.recordings.reading import Reading, add_log_arguments
-from service.recordings.recording import Recording
+from service.recordings.reading import Reading, add_log_arguments, read_body
+from service.recordings.recording import Recording, of_axis
 from service.wire.section import entries_of
 
 TAKES = ("inputs", "vehicle.mass_matrix")
@@ -164,3 +164,99 @@ def _refuse_other_axes(motion: WholeMotion, test: WholeMotion, unseen: list[Reco
             f"{unseen[0].name}: it lacks {' and '.join(missing)}, which the model predicts; validate on dives with "
             "the same velocities"
         )
+
+
+def refuse_stuck(runs: Sequence[Recording], vehicle: Vehicle) -> None:
+    """Refuses dives in which a velocity stood still under a changing effort, by the checks of `incsvr trace`.
+
+    Raises:
+        BadInput: naming the dive, the velocity and the time.
+    """
+    for axis in (AXES[name] for name in vehicle.driven):
+        seen = [each for each in (_along(run, axis) for run in runs) if each is not None]
+        inertia = vehicle.mass[axis.name, axis.name].value
+        with_heading_sign(seen, examine_sensors(seen, inertia, sign_known=True))
+
+
+def refuse_runaway(motion: WholeMotion, vehicle: Vehicle) -> None:
+    """Refuses a model whose free run over its own dives leaves all that they recorded.
+
+    Raises:
+        BadInput: naming the axes, and what to record.
+    """
+    reached = np.abs(vehicle.free_run(motion)).max(axis=0)
+    passed = reached >= 0.999 * RUNAWAY * vehicle.fastest  # where the simulation is clipped
+    away = [name for name, beyond in zip(AXES, passed, strict=True) if name in vehicle.axes and beyond]
+    if away:
+        raise BadInput(
+            f"the model runs away: simulated over its own dives, it passes {RUNAWAY:g} times the fastest recorded "
+            f"velocity of {' and '.join(away)}; nothing is written: record steps of the effort to both sides, each "
+            "held until the speed settles"
+        )
+
+
+def _along(run: Recording, axis: Axis) -> Recording | None:
+    """A dive as a recording of one axis; None where it lacks its velocity or effort."""
+    streams = run.body_streams()
+    if any(name not in streams or not streams[name][0].size for name in (axis.rate, axis.effort)):
+        return None
+    return run if run.axis == axis else of_axis(run, axis) if run.axis == YAW else None
+
+
+HORIZON_HEAD = "  {:<28}{}"
+
+
+def text(found: Identified) -> str:
+    """The result for people."""
+    vehicle = found.vehicle
+    lines = [f"vehicle {vehicle.name}: {found.seconds:.0f} s of motion, cells of {found.step:.3g} s", ""]
+    for axis in vehicle.axes:
+        passive = "" if axis in vehicle.driven else " (no effort acts along it)"
+        lines.append(f"{axis}{passive}")
+        for (one, other), parameter in vehicle.mass.items():
+            if one == axis:
+                name = "inertia" if one == other else f"inertia with {other}"
+                lines.append(_row(name, parameter, mass_unit(one, other)))
+        lines += [_row(term.name, p, term.unit) for term, p in vehicle.terms.items() if term.axis == axis]
+        lines += [_row("thrust lag", p, "s") for name, p in vehicle.lags.items() if name == axis]
+    lines += ["", *_errors(found)]
+    for axis, why in found.refusals.items():
+        lines.append(f"{axis} is not identified: {why}")
+    lines += list(found.manoeuvres)
+    lines += [f"warning: {each}" for each in found.warnings]
+    return "\n".join(lines)
+
+
+def _row(name: str, parameter: Parameter, unit: str) -> str:
+    value = f"{parameter.value:.4g}"
+    if parameter.origin in ("declared", "assumed"):
+        return f"  {name:<26}{value:>10}  {unit} ({parameter.origin})"
+    remark = "" if parameter.origin == "estimated" else f" ({parameter.origin})"
+    unit = "" if unit == "1" else unit
+    return f"  {name:<26}{value:>10}  ({parameter.low:.4g} to {parameter.high:.4g}) {unit}{remark}".rstrip()
+
+
+def _errors(found: Identified) -> list[str]:
+    """RMS errors of predictions of all axes at once."""
+    where = "other recordings" if found.unseen else "each part of the recordings, predicted by the others"
+    errors = found.errors
+    head = "".join(f"{axis:>12}" for axis in errors.axes)
+    units = "".join(f"{'[m/s]' if AXES[axis].along else '[rad/s]':>12}" for axis in errors.axes)
+    lines = [f"prediction error (RMS) on {where}, all axes at once", f"  {'':<28}{head}", f"  {'':<28}{units}"]
+    for seconds, (model, hold, _) in errors.horizons.items():
+        alone = [found.by_itself[axis].horizons.get(seconds) for axis in errors.axes]
+        lines.append(HORIZON_HEAD.format(f"{seconds:g} s ahead: model", _numbers(model.tolist())))
+        lines.append(HORIZON_HEAD.format("     velocity held", _numbers(hold.tolist())))
+        if all(alone):
+            singles = [float(each[0][0]) for each in alone if each]
+            lines.append(HORIZON_HEAD.format("     each axis by itself", _numbers(singles)))
+        if seconds in errors.track:
+            lines.append(f"  {'     track':<28}{errors.track[seconds]:>12.3g} m")
+    lines.append(HORIZON_HEAD.format("free run: model", _numbers(errors.free_run.tolist())))
+    lines.append(HORIZON_HEAD.format("     zero velocity", _numbers(errors.zero.tolist())))
+    lines.append("  Each axis by itself is given the other velocities as measured; the model predicts them, too.")
+    return lines
+
+
+def _numbers(values: list[float]) -> str:
+    return "".join(f"{value:>12.3g}" for value in values)

@@ -19,19 +19,18 @@ from incsvr.numerics import Array
 from incsvr.signals.message_rates import slow_torque
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
-from service.commands.report_head import PLOTS
+from service.commands.arguments import PLOTS
 from service.config.sources import add_client_arguments, from_arguments
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.clocks import without_leaps
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.presets import Proposal
-from service.inputs.quantities import si_unit, units_of
 from service.inputs.settings import Inputs, Source, Thrusters
 from service.inputs.table import Table, Topic
-from service.logs.cut_log import cut_log
+from service.inputs.units import si_unit, units_of
 from service.logs.cutting import Cut
 from service.logs.dives import DIVE_RULE, one_dive
-from service.logs.reading import LogDescription, describe, read, since_1970, writing_times
+from service.logs.reading import LogDescription, cut_log, describe, read, since_1970, writing_times
 from service.logs.suspect_columns import in_degrees, refuse_without_numbers
 from service.recordings.reading import add_log_arguments
 

@@ -7,6 +7,7 @@ for its attitude and its outputs so often; nothing else ever writes to it.
 from __future__ import annotations
 
 import argparse
+import json
 import threading
 import time
 from typing import Any
@@ -15,18 +16,59 @@ import zenoh
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
-from service.bus.arrivals import Arrivals
-from service.bus.mapped_ingest import mapping
+from service.bus.mapped_ingest import Arrivals, mapping
 from service.bus.session import client_config_at, from_file, listener_config_at, open_session
 from service.cli.display import stream_unit
 from service.cli.output import WIDTH, emit, shortened, wrapped
 from service.config.configuration import Config
 from service.config.sources import from_arguments
-from service.inputs import message_interval_request
 from service.inputs.input_mapper import InputMapper
 from service.inputs.owners import AUTOPILOT, mavlink
 from service.inputs.source_binding import RATE, TORQUE
 from service.inputs.survey import Survey
+from service.wire.json_text import json_text
+
+REQUEST_KEY = "mavlink/in"
+"""The key at which BlueOS's MAVLink server takes messages (bluerobotics/mavlink-server, drivers/zenoh)."""
+ACK_MESSAGE = "COMMAND_ACK"
+SET_MESSAGE_INTERVAL = 511
+REQUESTED_MESSAGES = {"ATTITUDE": 30, "SERVO_OUTPUT_RAW": 36}
+"""The messages that are learned from, by their numbers."""
+STATION_SYSTEM, COMPUTER_COMPONENT = 255, 191
+"""The sender of a request: the system of ground stations, from which ArduPilot takes commands, and an onboard
+computer."""
+
+
+def request(system: int, message: int, hertz: float) -> bytes:
+    """The payload that asks the autopilot of a system for a message so often a second."""
+    parameters = [float(message), round(1e6 / hertz), 0.0, 0.0, 0.0, 0.0, 0.0]
+    said = {
+        "header": {"system_id": STATION_SYSTEM, "component_id": COMPUTER_COMPONENT, "sequence": 0},
+        "message": {
+            "type": "COMMAND_LONG",
+            **{f"param{k}": float(value) for k, value in enumerate(parameters, start=1)},
+            "command": {"type": "MAV_CMD_SET_MESSAGE_INTERVAL"},
+            "target_system": system,
+            "target_component": 1,
+            "confirmation": 0,
+        },
+    }
+    return json_text(said).encode()
+
+
+def is_accepted(payload: bytes) -> bool | None:
+    """Whether an acknowledgement says that the interval was set; None where it is of something else."""
+    try:
+        message = json.loads(payload)["message"]
+        command, result = message["command"], message["result"]
+    except (ValueError, KeyError, TypeError):
+        return None
+    command = command.get("type") if isinstance(command, dict) else command
+    if command not in ("MAV_CMD_SET_MESSAGE_INTERVAL", SET_MESSAGE_INTERVAL):
+        return None
+    result = result.get("type") if isinstance(result, dict) else result
+    return result in ("MAV_RESULT_ACCEPTED", 0)
+
 
 POLL_S = 0.05
 """The period at which arrived messages are read [s]."""
@@ -128,13 +170,13 @@ def _ask(session: zenoh.Session, hearing: InputMapper, arrivals: Arrivals, hertz
     """
     system = _vehicle(hearing, arrivals)
     answers: list[bytes] = []
-    key = f"mavlink/{system}/{AUTOPILOT}/{message_interval_request.ACK_MESSAGE}"
+    key = f"mavlink/{system}/{AUTOPILOT}/{ACK_MESSAGE}"
     listener = session.declare_subscriber(key, lambda sample: answers.append(sample.payload.to_bytes()))
     said = {}
-    for name, number in message_interval_request.REQUESTED_MESSAGES.items():
+    for name, number in REQUESTED_MESSAGES.items():
         session.put(
-            message_interval_request.REQUEST_KEY,
-            message_interval_request.request(int(system), number, hertz),
+            REQUEST_KEY,
+            request(int(system), number, hertz),
             encoding="application/json",
         )
         said[name] = _answer(answers)
@@ -161,7 +203,7 @@ def _answer(answers: list[bytes]) -> str:
     pause, until = threading.Event(), time.monotonic() + VEHICLE_TIMEOUT_S
     while time.monotonic() < until:
         while answers:
-            accepted = message_interval_request.is_accepted(answers.pop(0))
+            accepted = is_accepted(answers.pop(0))
             if accepted is not None:
                 return "accepted" if accepted else "refused"
         pause.wait(POLL_S)

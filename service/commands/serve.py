@@ -7,6 +7,7 @@ import ctypes
 import gc
 import logging
 import os
+import socket
 import sys
 import threading
 from pathlib import Path
@@ -19,15 +20,48 @@ from service.bus.session import (
     listener_config_at,
     open_session,
     stop_event,
+    take_prefix,
 )
 from service.config.configuration import Config, check_inertia
 from service.config.sources import add_config_arguments, from_arguments
-from service.health import systemd
 from service.host.host import Host
 from service.host.worker_threads import WorkerThreads
-from service.learner.duplicate_learner import take_prefix
 from service.wire import Keys
 from service.wire.json_text import json_text
+
+READY, ALIVE, STOPPING = "READY=1", "WATCHDOG=1", "STOPPING=1"
+
+STROKES_PER_TIMEOUT = 3
+"""Strokes within the watchdog's time: one that comes late does not end the process."""
+
+
+def tell_systemd(state: str) -> None:
+    """Sends one state to $NOTIFY_SOCKET (sd_notify(3)), a path or, with a leading @, a name in the abstract namespace.
+
+    Where systemd did not start us nothing is sent. What cannot be sent must not end the learning: systemd acts on
+    silence.
+    """
+    address = os.environ.get("NOTIFY_SOCKET", "")
+    if not address:
+        return
+    if address.startswith("@"):
+        address = "\0" + address[1:]
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as channel:
+            channel.setblocking(False)
+            channel.sendto(state.encode(), address)
+    except OSError as error:
+        log.warning("systemd could not be notified of %s: %s", state, error)
+
+
+def stroke_period() -> float | None:
+    """The period of the watchdog's notification [s]; None without a watchdog."""
+    watched = os.environ.get("WATCHDOG_PID", str(os.getpid()))
+    microseconds = os.environ.get("WATCHDOG_USEC", "")
+    if watched != str(os.getpid()) or not microseconds.isdecimal() or int(microseconds) == 0:
+        return None
+    return int(microseconds) / 1e6 / STROKES_PER_TIMEOUT
+
 
 log = logging.getLogger(__name__)
 
@@ -94,16 +128,16 @@ def serve(config: Config, stop: threading.Event) -> None:
         taken = [take_prefix(session, each.prefix, stop, hub) for each in configs if not each.bus.allow_second]
         hosts = [Host(session, each, len(configs), each.thrust_axes(configs)) for each in configs]
         gc.freeze()  # what was loaded stays to the end: to look through it for garbage would delay an answer by 20 ms
-        with WorkerThreads(hosts, lambda: systemd.tell(systemd.ALIVE), systemd.stroke_period()):
+        with WorkerThreads(hosts, lambda: tell_systemd(ALIVE), stroke_period()):
             for each in configs:
                 for line in beginning(each):
                     log.info("%s: %s", each.prefix, line)
             log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
-            systemd.tell(systemd.READY)
+            tell_systemd(READY)
             while not stop.wait(SIGNAL_WAIT_S):
                 pass
             log.info("stopping")
-            systemd.tell(systemd.STOPPING)
+            tell_systemd(STOPPING)
         del taken  # who comes sees the tokens until here
     finally:
         finish_in_time(session.close)

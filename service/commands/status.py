@@ -25,11 +25,8 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from service.bus.client import Client, NoAnswer, bus_client
 from service.bus.session import stop_event
-from service.cli.console import Console
-from service.cli.display import screen
-from service.cli.log_lines import iteration_line, learning_line
-from service.cli.output import WIDTH, add_json_argument, emit
-from service.cli.vehicle_display import AxisState, vehicle_screen
+from service.cli.display import AxisState, Console, screen, vehicle_screen
+from service.cli.output import WIDTH, add_json_argument, emit, iteration_line, learning_line
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.wire import Form, Health, IterationReport, Keys, ModelSnapshot, decode

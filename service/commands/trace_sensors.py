@@ -16,10 +16,9 @@ from incsvr.plant.words import words_of
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import MEASURED
-from service.commands.cures import SIGN, Cures
-from service.recordings.recorded_streams import refuse_bursts, remarks_of
+from service.commands.declaration import SIGN, Cures
 from service.recordings.recording import Recording
-from service.recordings.samples_from_recording import learner_for, signals_for
+from service.recordings.samples_from_recording import learner_for, refuse_bursts, remarks_of, signals_for
 
 SLOW_TORQUE_PERIODS = 1.6
 """Periods of the yaw rate that one of the torque lasts at least to be called slow."""

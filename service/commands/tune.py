@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -189,8 +189,8 @@ def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, S
     return joined.name, samples, settings, grid, config
 
 
-def _with_policy(settings: Settings, policy: str | None) -> Settings:
-    return settings if policy is None else Settings(**asdict(settings) | {"policy": policy})
+def _with_policy(settings: Settings, policy: Literal["paper", "weighted"] | None) -> Settings:
+    return settings if policy is None else replace(settings, policy=policy)
 
 
 def _round(factor: float) -> float:

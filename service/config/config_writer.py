@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from service.config.configuration import Config
-from service.inputs.presets.defaults import defaults
+from service.config.sources import defaults
 from service.wire.json_text import json_text
 
 HEAD = """\

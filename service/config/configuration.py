@@ -20,14 +20,33 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.signals import SignalSettings
 from service.config.core_yaml import quote
-from service.config.removed import unknown
-from service.config.sections import Archive, Bus, HealthLimits, Learner, Signals, Tracing
-from service.config.vehicle import Vehicle
+from service.config.sections import Archive, Bus, HealthLimits, Learner, Signals, Tracing, Vehicle
 from service.inputs.settings import Axis as AxisName
 from service.inputs.settings import Inputs
 from service.wire import Keys
 from service.wire.json_text import json_text
 from service.wire.section import Name, Prefix, Section
+
+REMOVED = {
+    "vehicle.file": "`incsvr serve --vehicle FILE` learns its axes, as does a copy of its section learners",
+    "also": "list every learner of the process in the section learners, each under a name",
+    "inputs.thrusters.also_along": "the thrusters' positions give the efforts of all axes of `learners`",
+    "learner.bins": "the criterion has 20 bins",
+    "learner.near": "over several velocities the policy weighted learns, which needs none",
+    "health.stuck_after": "a yaw rate that is constant for 2 s is a fault",
+    "health.warn_for": "health shows a rejected sample for 10 s",
+    "health.fresh_for": "a sample counts as fresh for 900 s",
+    "archive.file_mb": "a file ends at 32 MB; archive.most_mb limits all files together",
+    "simulation": "`incsvr simulate` has the flags --runs, --seed and --underway",
+}
+
+
+def unknown(name: str) -> str:
+    """The sentence that refuses a name which is not, or no longer, in the configuration."""
+    instead = REMOVED.get(name)
+    if instead is None:
+        return f"there is no {name}; `incsvr config show` lists all names"
+    return f"{name} left the configuration; leave it out: {instead}"
 
 
 class Config(Section):

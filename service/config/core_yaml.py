@@ -1,4 +1,4 @@
-"""YAML as people write it, read by the core schema of YAML 1.2: the one loader of every YAML file and value.
+"""YAML as people write it, read by the core schema of YAML 1.2: loader and editor of all YAML.
 
 In YAML 1.1, which most loaders follow, `0350` is 232, `yes` is true and of two equal names the last one counts. Here
 `0350` is 350, `yes` is a text, and a name that is given twice is refused with both lines. Nesting, aliases and size are
@@ -7,6 +7,7 @@ bounded, so that no file takes longer than a second to refuse.
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from incsvr.errors import BadInput
+from service.wire.json_text import json_text
 
 MAX_CHARACTERS = 1_000_000  # a thousand learners of one process, each with a section of its own, take a fifth of it
 MAX_DEPTH = 20  # levels of lists and sections: the configuration has eight
@@ -120,3 +122,81 @@ class _Reader:
     def wrong(self, where: yaml.Node | yaml.Event, sentence: str) -> BadInput:
         line = 1 if where.start_mark is None else where.start_mark.line + 1
         return BadInput(f"{self._name}, line {line}: {sentence}")
+
+
+Place = tuple[str, ...]
+"""The place of a value, as in `Document.lines`: ("learner", "gamma"), ("learners", "rov", "prefix")."""
+
+
+def with_values(text: str, values: Mapping[Place, Any], name: str) -> str:
+    """The text with these values; `name` is what a sentence calls it.
+
+    Raises:
+        BadInput: a value has no place in the text: it is repeated by an alias, or what is there is no section.
+    """
+    wanted = json.loads(json_text(parse(text, name).value or {}))  # without what aliases share
+    for place, value in values.items():
+        text = _with_value(text, place, value)
+        below = wanted
+        for part in place[:-1]:
+            below = _section(below, part)
+        below[place[-1]] = json.loads(json_text(value))
+        if parse(text, name).value != wanted:
+            raise BadInput(f"{name}: {'.'.join(place)} cannot be written there; write its section without an alias")
+    return text
+
+
+def _with_value(text: str, place: Place, value: Any) -> str:
+    node = yaml.compose(text, Loader=yaml.SafeLoader)
+    if node is None:
+        return f"{text.rstrip()}\n{_block(place, value, '')}".lstrip()
+    for depth, name in enumerate(place):
+        if isinstance(node, yaml.MappingNode):
+            below = next((each for key, each in node.value if key.value == name), None)
+            if below is None:
+                return _with_line(text, node, place[depth:], value)
+            node = below
+        else:  # an empty section
+            return _replaced(text, node, _flow(place[depth:], value))
+    return _replaced(text, node, json_text(value))
+
+
+def _with_line(text: str, section: yaml.MappingNode, place: Place, value: Any) -> str:
+    """The text with one value more in a section that has others, or is written as {}."""
+    if section.flow_style:
+        end = section.end_mark.index - 1
+        before = text[:end].rstrip()
+        inner = _flow(place, value)[1:-1]
+        return f"{before}{', ' if section.value else ''}{inner}{text[end:]}"
+    line_end = text.find("\n", max(_end(section) - 1, 0))
+    end = len(text) if line_end < 0 else line_end
+    return f"{text[:end]}\n{_block(place, value, ' ' * section.start_mark.column)}{text[end:]}"
+
+
+def _replaced(text: str, node: yaml.Node, written: str) -> str:
+    first, last = node.start_mark.index, _end(node)
+    space = " " if first == last else ""  # nothing stands there yet
+    return f"{text[:first]}{space}{written}{text[last:]}"
+
+
+def _end(node: yaml.Node) -> int:
+    """Where a value ends; what the parser calls the end of a block is behind the comments that follow it."""
+    while isinstance(node, yaml.CollectionNode) and not node.flow_style:
+        node = node.value[-1][1] if isinstance(node, yaml.MappingNode) else node.value[-1]
+    return int(node.end_mark.index)
+
+
+def _block(place: Place, value: Any, indent: str) -> str:
+    lines = [f"{indent}{'  ' * depth}{name}:" for depth, name in enumerate(place)]
+    return "\n".join(lines) + f" {json_text(value)}"
+
+
+def _flow(place: Place, value: Any) -> str:
+    return "".join(f"{{{name}: " for name in place) + json_text(value) + "}" * len(place)
+
+
+def _section(of: dict[str, Any], name: str) -> Any:
+    """The section of this name, made where it is missing or empty."""
+    if of.get(name) is None:
+        of[name] = {}
+    return of[name]

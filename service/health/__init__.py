@@ -1,1 +1,1 @@
-"""The health of a learner, and its reports to systemd and ROS 2."""
+"""The health of a learner, and its report to ROS 2."""

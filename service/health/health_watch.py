@@ -21,10 +21,8 @@ from incsvr.signals.streams import JUMP_S, Reading
 from service import wire
 from service.config.sections import HealthLimits
 from service.health import sentences
-from service.health.learning_state import LearningState
-from service.health.sample_rate_watch import SampleRateWatch
 from service.health.starvation import Starvation, slow_stream
-from service.health.stream_monitor import RecentRejections, StreamMonitor
+from service.health.stream_monitor import RecentRejections, SampleRateWatch, StreamMonitor
 from service.learner.node import LearnerNode
 
 WARN_S = 10.0
@@ -83,7 +81,7 @@ class HealthWatch:
         self._failure: tuple[float, str] | None = None
         self._beyond: tuple[float, str] | None = None
         self._conditions = HealthConditions()
-        self._learning = LearningState()
+        self._learning = wire.Learning()
         self._starvation: Starvation | None = None
         self._rate_watch = SampleRateWatch()
         self._plausible: dict[str, tuple[int, int, str | None]] = {}  # received and refused until then, what was said
@@ -167,7 +165,7 @@ class HealthWatch:
         silent = any(level == "STALE" for level, _ in graded)
         if learning.state == "paused" or (learning.state == "starved" and not silent):  # else the silence says it all
             graver = sum(level in ("ERROR", "STALE") for level, _ in graded)
-            graded.insert(graver, ("WARN", learning.sentence))
+            graded.insert(graver, ("WARN", f"learning is {learning.state}: {learning.why}"))
         served = node.served
         with self._lock:
             streams = {name: stream.health(now, readings.get(name)) for name, stream in self._streams.items()}
@@ -190,12 +188,12 @@ class HealthWatch:
             t=served.t,
             uptime_s=round(now - self._started, 3),
             streams=streams,
-            learning=wire.Learning(state=learning.state, since=learning.since, why=learning.why),
+            learning=learning,
             vehicle=self._vehicle,
             axes=self._axes,
         )
 
-    def _learning_now(self, now: float, node: LearnerNode, readings: Mapping[str, Reading]) -> LearningState:
+    def _learning_now(self, now: float, node: LearnerNode, readings: Mapping[str, Reading]) -> wire.Learning:
         with self._lock:
             if self._starvation is None:
                 self._starvation = Starvation(node.config.signal_settings(), self._started, node.words)

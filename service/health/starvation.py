@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals import REQUIRED, TORQUE, SignalSettings
@@ -17,21 +17,15 @@ from incsvr.signals.bursts import in_bursts
 from incsvr.signals.settings import COMMANDED, SETTLING_S
 from incsvr.signals.streams import JUMP_S, Reading
 
+if TYPE_CHECKING:
+    from service.learner.batches import Batches
+
 STARVED_AFTER_S = 4.0
 """The time without a sample, while both streams come, after which the learner is starved [s], of the data or by the
 wall's clock: five are promised, and health is looked at twice a second."""
 SILENT_AFTER_S = 2.0
 """The silence after which a stream is the cause [s], by the clock on the wall."""
 _UNITS = {1e3: "milliseconds", 1e6: "microseconds"}
-
-
-class SampleSource(Protocol):
-    """The part of a learner's batches that this file reads."""
-
-    samples_seen: int
-
-    @property
-    def rejected_by_stream(self) -> Mapping[str, Mapping[str, int]]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +61,7 @@ class Starvation:
         """The vehicle's time of the last sample, or of what came first [s]."""
         return self._since.t
 
-    def why(
-        self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading], fed: SampleSource
-    ) -> str | None:
+    def why(self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading], fed: Batches) -> str | None:
         """The sentence, at a time of the wall's clock [s]; None while samples are made, or none is due yet.
 
         Args:

@@ -23,11 +23,11 @@ from service.bus.publishers import JSON
 from service.config.traced_effects import OperatorVerb
 from service.health.health_watch import HealthWatch
 from service.learner import questions
-from service.learner.damping_query import DampingQuery, velocity_names
-from service.learner.estimates import forecast_reply
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.node import LearnerNode
 from service.learner.published import NothingLearned, check_trained, damping_reply
+from service.learner.questions import DampingQuery, velocity_names
+from service.learner.stand_in import forecast_reply
 from service.state.history import History
 from service.state.state_file import Row
 
@@ -225,13 +225,6 @@ class Answers:
         return wire.encode(self._node.coefficients())
 
     def _effects(self, query: zenoh.Query) -> bytes:
-        for verb in ("promote", "withdraw"):
-            name = query.parameters.get(verb)
-            if name is not None:
-                raise BadInput(
-                    f"{verb}= has a key of its own, for the role operator alone: "
-                    f"{query.key_expr}/{verb}?effect={name[:80]}"
-                )
         questions.parameters(query)
         return wire.encode(self._node.ledger)
 

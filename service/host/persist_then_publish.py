@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from incsvr.plant.axes import AXES
 from service import wire
 from service.bus.publishers import Publishers
-from service.cli.log_lines import iteration_line
+from service.cli.output import iteration_line
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import CommittedIteration

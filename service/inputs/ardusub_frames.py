@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from math import isfinite
+from typing import Any
 
+from service.inputs.arming import MAX_WHOLE_NUMBER
+from service.inputs.forms import as_float
 from service.inputs.settings import Sign, Thruster
 from service.inputs.vehicle_kind import MOTOR_FUNCTIONS, output_functions
 
@@ -71,3 +75,58 @@ def at_one_topic(each: tuple[Thruster, ...]) -> tuple[str, tuple[Thruster, ...]]
     if len(topics) > 1:
         return "", each
     return topics.pop(), tuple(thruster.model_copy(update={"topic": ""}) for thruster in each)
+
+
+MAX_CHANGES_SHOWN = 6
+"""Changes that are kept to be shown, the newest."""
+
+
+class VehicleParameters:
+    """The parameters that vehicles have sent.
+
+    Args:
+        kept: as `by_system` gave it in an earlier process.
+
+    Attributes:
+        by_system: values by name, by vehicle.
+    """
+
+    def __init__(self, kept: Mapping[str, Any] | None = None) -> None:
+        self.by_system: dict[str, dict[str, float]] = {name: dict(told) for name, told in (kept or {}).items()}
+        self._changes: dict[str, deque[str]] = {}
+
+    def of(self, system: str) -> dict[str, float]:
+        """The parameters of a vehicle; before one is taken, those of the only one that sent any."""
+        if not system and len(self.by_system) == 1:
+            (system,) = self.by_system
+        return dict(self.by_system.get(system, {}))
+
+    def take(self, system: str, message: Any, when: float | None) -> bool:
+        """Takes a PARAM_VALUE of a vehicle, as JSON, at a time of its clock [s]; True where it changes something."""
+        body = message.get("message") if isinstance(message, dict) else None
+        if not isinstance(body, dict):
+            return False
+        name, value = body.get("param_id"), as_float(body.get("param_value"))
+        if isinstance(name, list):
+            name = "".join(str(each) for each in name)
+        if not isinstance(name, str) or value is None or not abs(value) < MAX_WHOLE_NUMBER:
+            return False
+        name = name.partition("\0")[0]
+        told = self.by_system.setdefault(system, {})
+        if not concerns_thrusters(name) or told.get(name) == value:
+            return False
+        if name in told and when is not None:
+            changes = self._changes.setdefault(system, deque(maxlen=MAX_CHANGES_SHOWN))
+            changes.append(f"{change_words(name, value, told[name])} from {when:.6g} s on")
+        told[name] = value
+        return True
+
+    def note(self, system: str) -> tuple[str, ...]:
+        """The sentence on a vehicle's changed parameters."""
+        changes = self._changes.get(system, ())
+        return (f"parameters changed during the log, and apply from then on: {', '.join(changes)}",) if changes else ()
+
+
+def change_words(name: str, value: float, before: float) -> str:
+    """A change of a parameter, such as `MOT_1_DIRECTION -1 (1 before)`."""
+    return f"{name} {value:g} ({before:g} before)"

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 from incsvr.errors import BadInput
 from service.inputs.owners import autopilot_message
-from service.inputs.quantities import TIME_NAME, intended_quantity
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import ROWS, Topic
-from service.inputs.units import FRACTION, STAMP_UNITS, check_unit
+from service.inputs.units import FRACTION, STAMP_UNITS, TIME_NAME, check_unit, intended_quantity
 
 _FACTOR = re.compile(r"^(.*?)\s*\*\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)$")
 _NAME = re.compile(r"^[A-Za-z0-9_.-]{1,64}$")

@@ -17,19 +17,18 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
 from service.inputs import ardusub_frames, bus_keys, owners, vehicles
+from service.inputs.ardusub_frames import VehicleParameters
 from service.inputs.arming import Arming
-from service.inputs.clock_of_rate import ClockOfRate
+from service.inputs.clocks import ClockOfRate
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
 from service.inputs.key_resolution import ANGLE_NAME, BATTERY_NAME, named_topics, resolve, with_settled_sources
-from service.inputs.message_fields import leaves
 from service.inputs.settings import Armed, Axis, Inputs
 from service.inputs.source_binding import RATE, TORQUE, VOLTAGE, SourceBinding
-from service.inputs.table import Topic
+from service.inputs.table import Topic, leaves
 from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage
 from service.inputs.torque_of_commands import TorqueOfCommands
 from service.inputs.units import FRACTION
-from service.inputs.vehicle_parameters import VehicleParameters
 
 MAX_KEYS = 1000
 """Keys that are looked at; what comes after so many is no vehicle's."""

@@ -12,12 +12,11 @@ import numpy as np
 
 from service.inputs import bus_keys
 from service.inputs.instances import base
-from service.inputs.message_fields import leaves
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.settings import Armed, Inputs, Source, Thrusters
 from service.inputs.source_binding import RATE, TORQUE, SourceBinding
-from service.inputs.table import Topic
+from service.inputs.table import Topic, leaves
 from service.inputs.thrust import is_battery_voltage
 from service.inputs.vehicle_kind import SelfDescription
 

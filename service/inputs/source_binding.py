@@ -11,7 +11,7 @@ from service.inputs.forms import as_float, number
 from service.inputs.forms.cdr import has_header
 from service.inputs.presets.ros import RATE_PATHS, TORQUE_PATHS
 from service.inputs.settings import ARRIVAL, Armed, Source, Thrusters
-from service.inputs.stamp_fields import HEADER_STAMP, usual_stamp
+from service.inputs.table import HEADER_STAMP, usual_stamp
 from service.inputs.units import STAMP_UNITS
 from service.inputs.vehicles import VehicleEvidence
 

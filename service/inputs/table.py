@@ -1,11 +1,15 @@
-"""The topics of a log or a bus with their fields, and each topic's messages as a table of columns."""
+"""The topics of a log or a bus, each topic's messages as a table of columns, and the paths in a message."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from incsvr.numerics import Array
+from service.inputs.settings import StampUnit
 
 ROWS = "rows"
 """The name of the one topic of a log that is a table."""
@@ -51,3 +55,47 @@ class Table:
             return self.arrival.size
         sizes = [values.size for values in self.columns.values()] + [len(each) for each in self.texts.values()]
         return max(sizes, default=0)
+
+
+HEADER_STAMP = "header.stamp"
+"""The path at which the stamp of a message of ROS with a header is found [s]."""
+_USUAL: tuple[tuple[str, StampUnit], ...] = (
+    ("time_boot_ms", "ms"),
+    ("message.time_boot_ms", "ms"),
+    ("time_usec", "us"),
+    ("message.time_usec", "us"),
+    (HEADER_STAMP, "s"),
+)
+"""Path and unit of the stamps of MAVLink, in a telemetry log and in JSON, and of ROS."""
+
+
+def usual_stamp(fields: Collection[str]) -> tuple[str, StampUnit]:
+    """Path and unit of the stamp in messages with these fields; an empty path where the time of arrival counts."""
+    return next((found for found in _USUAL if found[0] in fields), ("", "s"))
+
+
+MAX_LIST_ITEMS = 64
+"""Items of a list that are looked at: one with more is a picture or a point cloud, of which nothing is learned."""
+MAX_DEPTH = 8
+"""The depth to which nested messages are looked into."""
+
+
+def leaves(message: Any, path: str = "", depth: int = 0) -> Iterator[tuple[str, float | str]]:
+    """Numbers and texts of a message with their paths: `angular_velocity.z`, `data[3]`, `message.param_id`.
+
+    A list of single characters is a text: so MAVLink's JSON writes names.
+    """
+    if isinstance(message, bool | int | float | np.number | np.bool_):
+        yield path, float(message)
+    elif isinstance(message, str):
+        yield path, message
+    elif isinstance(message, Mapping):
+        if depth < MAX_DEPTH:
+            for name, value in message.items():
+                yield from leaves(value, f"{path}.{name}" if path else str(name), depth + 1)
+    elif isinstance(message, Sequence | np.ndarray) and 0 < len(message) <= MAX_LIST_ITEMS:
+        if all(isinstance(item, str) and len(item) <= 1 for item in message):
+            yield path, "".join(message).rstrip("\0")
+        elif not isinstance(message, bytes | bytearray):
+            for index, item in enumerate(message):
+                yield from leaves(item, f"{path}[{index}]", depth + 1)

@@ -10,8 +10,7 @@ import numpy as np
 
 from service.inputs.forms import number
 from service.inputs.key_resolution import ANGLE_NAME, BATTERY_NAME
-from service.inputs.moving_outputs import Movement, least_movement
-from service.inputs.outputs import output_numbers, without_pulse
+from service.inputs.outputs import Movement, least_movement, output_numbers, without_pulse
 from service.inputs.settings import Axis, Thrusters
 from service.inputs.source_binding import SURGE, VOLTAGE, SourceBinding
 from service.inputs.thrust import T200_NOMINAL_V, efforts, is_battery_voltage, is_pulse

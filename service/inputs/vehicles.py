@@ -13,7 +13,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from service.inputs.arming import says_armed
-from service.inputs.moving_outputs import MIN_PULSE_MOVEMENT_US, Movement
+from service.inputs.outputs import MIN_PULSE_MOVEMENT_US, Movement
 from service.inputs.owners import autopilot_message, keelson_subject, system_of
 from service.inputs.presets import keelson
 from service.inputs.presets.mavlink import heartbeat

@@ -25,7 +25,7 @@ from incsvr.numerics import Array
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, Synchroniser, play
 from incsvr.signals.samples import Samples
 from incsvr.signals.streams import JUMP_S, Reading
-from service.learner.plain_samples import plain_samples, samples_of
+from service.learner.window import plain_samples, samples_of
 
 if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation

@@ -11,10 +11,9 @@ from incsvr.learning.prediction import Prediction
 from incsvr.numerics import Array
 from incsvr.signals.streams import JUMP_S
 from service import wire
-from service.learner.damping_query import MAX_RATE
 from service.learner.node import LearnerNode
 from service.learner.published import ServedModel, check_trained
-from service.learner.questions import refuse_effort
+from service.learner.questions import MAX_RATE, refuse_effort
 
 
 def feedforward_reply(

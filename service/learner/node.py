@@ -9,9 +9,8 @@ the measurements and their stamps alone, but the training time; with live tracin
 from __future__ import annotations
 
 import math
-import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -30,7 +29,6 @@ from service import wire
 from service.config.configuration import Config
 from service.config.traced_effects import TracedEffects
 from service.learner.batches import MAX_WAITING_BATCHES, Batches
-from service.learner.damping_query import DampingQuery
 from service.learner.prepared_iteration import (
     CommittedIteration,
     PreparedIteration,
@@ -41,10 +39,10 @@ from service.learner.prepared_iteration import (
     train,
 )
 from service.learner.published import ServedModel, damping_reply, snapshot, textbook_coefficients
-from service.learner.recent_batches import RecentBatches
+from service.learner.questions import DampingQuery
 from service.learner.stand_in import StandIn
 from service.learner.thrust import ThrustWatch
-from service.learner.window import Window
+from service.learner.window import RecentBatches, Window
 from service.state.restored import restore
 
 
@@ -65,7 +63,6 @@ class LearnerNode:
         memory: what an earlier `memory()` gave, to go on from there.
         published: the highest revision that was ever given, if that is known to be above the memory's.
         effects: traced effects that its samples are freed of, and that the published model carries.
-        clock: a monotonic clock [s]; only the training time is measured with it.
     """
 
     def __init__(
@@ -76,7 +73,6 @@ class LearnerNode:
         memory: Mapping[str, Any] | None = None,
         published: int = 0,
         effects: TracedEffects | None = None,
-        clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         self.config, self.boot = config, boot
         self.ledger = wire.EffectsLedger()
@@ -87,7 +83,6 @@ class LearnerNode:
         self.ledger = self.ledger.model_copy(update={"mode": config.tracing.live})
         self._settings = config.learner_settings()
         self._validation: dict[str, Samples] = {}
-        self._clock = clock
         known = restore(memory, self._settings)
         self._guarded, self._covered = known.guarded, RateCoverage(known.covered)
         self.remarks: tuple[str, ...] = () if known.remark is None else (known.remark,)
@@ -234,7 +229,7 @@ class LearnerNode:
         self, guarded: Guarded, batch: Samples, effects: tuple[dict[str, Any], ...], validation: Mapping[str, Samples]
     ) -> PreparedIteration:
         """The iteration that leads from this state on, of a model that holds these effects; nothing changes yet."""
-        step = train(self._settings, guarded, batch, self._clock)
+        step = train(self._settings, guarded, batch)
         covered = self._covered.over(batch, self._settings.rate_range, self.batches.clock_restarts)
         newest = float(batch.time[-1])
         served = ServedModel(step.iteration.model, self._published + 1, step.iteration.number, newest, effects)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -81,15 +82,15 @@ class TrainingStep:
     motion: tuple[Excitation, Samples] | None = None
 
 
-def train(settings: Settings, guarded: Guarded, batch: Samples, clock: Callable[[], float]) -> TrainingStep:
-    """A batch is learned; only the training time is measured with the clock [s]."""
+def train(settings: Settings, guarded: Guarded, batch: Samples) -> TrainingStep:
+    """A batch is learned."""
     model = guarded.learner.model
     predicted = model.at(batch).damping if model.is_trained else None
-    began = clock()
+    began = time.perf_counter()
     state, iteration = learner.step(settings, guarded.learner, batch)
     if iteration.model.is_trained:
         iteration.model.predict(0.0)  # makes it ready for questions, here and not when the first one waits
-    took = clock() - began
+    took = time.perf_counter() - began
     after = Guarded(state, guarded.checks, guarded.learner)
     return TrainingStep(after, batch, iteration, predicted, took, (Excitation.of(batch, iteration.undriven), batch))
 

@@ -17,8 +17,8 @@ from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.signals.samples import Samples
 from service import wire
-from service.learner.damping_query import DampingQuery
-from service.learner.plain_samples import json_values
+from service.learner.questions import DampingQuery
+from service.learner.window import json_values
 
 
 class NothingLearned(BadInput):

@@ -1,14 +1,24 @@
-"""The newest stretch of the raw streams: what tracing looks at, and what the learner is taught again from.
+"""The newest stretch of the raw streams, and the motion of the last few batches.
 
-A value is taken or refused as the synchroniser does it, so that both know the same. The window is bounded in time, and
-by `incsvr.signals.streams.MAX_WAITING_VALUES` in number; a stream of 50 Hz takes 1.5 MB where the window
-is 900 s long.
+The window is what tracing looks at, and what the learner is taught again from. A value is taken or refused as the
+synchroniser does it, so that both know the same. It is bounded in time, and by
+`incsvr.signals.streams.MAX_WAITING_VALUES` in number; a stream of 50 Hz takes 1.5 MB where it is 900 s long.
 """
 
 from __future__ import annotations
 
+import math
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from incsvr.checks.resolution import ResolutionFault, resolution_fault
+from incsvr.learning.excitation import Excitation
 from incsvr.numerics import Array
 from incsvr.signals import REQUIRED, SignalSettings
+from incsvr.signals.samples import Samples
 from incsvr.signals.streams import MAX_WAITING_VALUES, empty_streams
 
 FULL_SHARE = 0.95
@@ -61,3 +71,66 @@ class Window:
         oldest = (self.newest if until is None else until) - self._length
         held = {name: stream.arrays() for name, stream in self._streams.items()}
         return {name: (t[t >= oldest], value[t >= oldest]) for name, (t, value) in held.items() if t.size}
+
+
+RECENT_BATCHES = 5
+"""Batches by which is judged whether the vehicle moves enough to be learned, and no quicker than the streams show."""
+
+
+class RecentBatches:
+    """The recent batches of one learner; `add` is called by the thread that learns, all else by any."""
+
+    def __init__(self) -> None:
+        self._excitation: deque[Excitation] = deque(maxlen=RECENT_BATCHES)
+        self._samples: deque[Samples] = deque(maxlen=RECENT_BATCHES)
+        self._trained: deque[bool] = deque(maxlen=RECENT_BATCHES)
+        self.unresolved: ResolutionFault | None = None
+        """The fault of motion that is too fast for the streams."""
+        self.without_evidence_since: float | None = None
+        """The first stamp of these batches [s], if hardly any of their motion was evidence and none trained a model."""
+
+    def add(self, excitation: Excitation, batch: Samples, smoothing: float, trained: bool) -> None:
+        """A batch was taken, of samples that were smoothed over so long [s]; `trained` if a model was made of it."""
+        self._excitation.append(excitation)
+        self._samples.append(batch)
+        self._trained.append(trained)
+        taught_nothing = len(self._trained) == RECENT_BATCHES and not any(self._trained)
+        little = Excitation.together(tuple(self._excitation)).little
+        self.without_evidence_since = float(self._samples[0].time[0]) if taught_nothing and little else None
+        self.unresolved = resolution_fault(Samples.concatenate(tuple(self._samples)), smoothing)
+
+    @property
+    def excitation(self) -> Excitation | None:
+        """The share of these batches that was evidence about damping; None before the first."""
+        parts = tuple(self._excitation)
+        return Excitation.together(parts) if parts else None
+
+
+def plain_samples(samples: Samples) -> dict[str, Any]:
+    """Samples as the durable state keeps them; `samples_of` makes the same of it."""
+    return {
+        "time": samples.time.tolist(),
+        "yaw_rate": samples.yaw_rate.tolist(),
+        "damping": samples.damping.tolist(),
+        "channels": {name: json_values(values) for name, values in samples.channels.items()},
+        "parts": {name: values.tolist() for name, values in samples.parts.items()},
+        "raw": {name: json_values(values) for name, values in samples.raw.items()},
+    }
+
+
+def json_values(values: Array) -> tuple[float | None, ...]:
+    """A channel's values as JSON knows them: None where it was not sampled, or filtered beyond all floats."""
+    return tuple(value if math.isfinite(value) else None for value in values.tolist())
+
+
+def samples_of(plain: Mapping[str, Any]) -> Samples:
+    """The samples whose `plain_samples` gave this."""
+    return Samples(
+        np.array(plain["time"], dtype=np.float64),
+        np.array(plain["yaw_rate"], dtype=np.float64),
+        np.array(plain["damping"], dtype=np.float64),
+        *(
+            {name: np.array(values, dtype=np.float64) for name, values in plain.get(kind, {}).items()}
+            for kind in ("channels", "parts", "raw")
+        ),
+    )

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.cli.extras import load_package
 from service.inputs.table import Table, Topic
 from service.logs.cdr import RosTypes
 from service.logs.damage import Damage, first_line
+from service.logs.log import TableBuilder
 from service.logs.opening import first_bytes
-from service.logs.packages import load_package
-from service.logs.table_builder import TableBuilder
 
 
 class BagLog:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from service.logs.packages import load_package
+from service.cli.extras import load_package
 
 
 class RosTypes:

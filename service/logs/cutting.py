@@ -171,7 +171,7 @@ def rows_inside(time: Array, cut: Cut, span: Span) -> NDArray[np.bool_]:
     """Selects the stamps (n,) [s] within a cut.
 
     Raises:
-        NothingHeld: none of them.
+        EmptyCut: none of them.
     """
     low, high = cut.ends(span)
     inside = (time >= low) & (time <= high)

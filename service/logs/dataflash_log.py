@@ -16,9 +16,9 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.cli.extras import load_package
 from service.inputs.table import Table, Topic
 from service.logs.damage import Damage
-from service.logs.packages import load_package
 
 _LOG_MESSAGES = {"FMT", "FMTU", "UNIT", "MULT"}
 """Messages about the log and not about the vehicle."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import gzip
+import re
 from importlib import import_module
 from pathlib import Path
 from typing import cast
 
 from incsvr.errors import BadInput
-from service.logs.archive_files import archive_files
 from service.logs.log import Log
 
 HEAD_BYTES = 320
@@ -114,3 +114,22 @@ def packet_size(header: bytes) -> int:
     first, length, flags = header[0], header[1], header[2]
     signature = 13 if flags & 1 else 0
     return {0xFE: 8 + length, 0xFD: 12 + length + signature}.get(first, 0)
+
+
+ARCHIVE_PROFILE = "incsvr"
+"""The profile of the files: by it `replay` knows that they hold what came, as it came."""
+METADATA_NAME = "incsvr"
+"""The name of the metadata that every file begins with."""
+JSON_ENCODING = "json"
+"""The encoding of what is JSON, as MCAP calls it."""
+
+
+def archive_files(directory: Path, name: str = "") -> list[Path]:
+    """The files of an archive, the oldest first; `name` is the learner's `Keys.file_name`, empty for all."""
+    pattern = re.compile(rf"{re.escape(name) if name else '.+'}_\d{{6,}}\.mcap")
+    return sorted((path for path in directory.glob("*.mcap") if pattern.fullmatch(path.name)), key=number)
+
+
+def number(path: Path) -> int:
+    """The place of a file among those of its archive."""
+    return int(path.stem.rpartition("_")[2])

@@ -8,9 +8,9 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.cli.extras import load_package
 from service.inputs.table import Table
 from service.logs.csv_log import TableLog
-from service.logs.packages import load_package
 
 
 def open_log(path: Path) -> TableLog:

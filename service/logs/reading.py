@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,18 +13,68 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.column_spec import ColumnSpec, parse_columns
 from service.inputs.measured_streams import MeasuredStreams, measure, topics_read
-from service.inputs.owners import system_of
+from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.presets.columns import time_column
 from service.inputs.presets.proposal import Change
-from service.inputs.settings import Inputs, Source, StampUnit
-from service.inputs.stamp_fields import usual_stamp
-from service.inputs.table import ROWS, Table
+from service.inputs.settings import Inputs, Source, StampUnit, Thruster
+from service.inputs.table import ROWS, Table, Topic, usual_stamp
 from service.inputs.units import STAMP_UNITS
-from service.logs import cutting, naming, self_description
+from service.logs import cutting, self_description
 from service.logs.choosing import choose_vehicle
+from service.logs.cutting import Cut, Span, columns_inside, rows_inside
 from service.logs.log import Log
-from service.logs.parameters import ParameterEpoch, parameter_epochs
+from service.logs.self_description import ParameterEpoch, parameter_epochs
+
+
+def aliases(topics: Sequence[Topic]) -> dict[str, Topic]:
+    """The topics by their names, and those of the vehicle's autopilot also by the message: `SERVO_OUTPUT_RAW[1]`."""
+    by_message = {message: topic for topic in topics if (message := autopilot_message(topic)) is not None}
+    return {**{topic.name: topic for topic in topics}, **by_message}
+
+
+def with_log_names(inputs: Inputs, topics: Sequence[Topic]) -> Inputs:
+    """The mapping with topics and paths as they are in a log.
+
+    Args:
+        topics: of the vehicle that is taken.
+    """
+    known = aliases(topics)
+    update = {name: _source_in_log(getattr(inputs, name), known) for name in ("yaw_rate", "torque", "armed")}
+    channels = {name: _source_in_log(source, known) for name, source in inputs.channels.items()}
+    thrusters = inputs.thrusters
+    if thrusters is not None:
+        each = tuple(_thruster(one, thrusters.topic, known) for one in thrusters.each)
+        voltage = _source_in_log(thrusters.measured_voltage, known)
+        changed = {**_place_in_log(thrusters, thrusters.topic, known), "each": each, "measured_voltage": voltage}
+        thrusters = thrusters.model_copy(update=changed)
+    return inputs.model_copy(update={**update, "channels": channels, "thrusters": thrusters})
+
+
+def _thruster(thruster: Thruster, common: str, known: Mapping[str, Topic]) -> Thruster:
+    changed = _place_in_log(thruster, thruster.topic or common, known)
+    if not thruster.topic:
+        changed.pop("topic", None)
+    return thruster.model_copy(update={**changed, "turned_by": _source_in_log(thruster.turned_by, known)})
+
+
+def _source_in_log(source: Any, known: Mapping[str, Topic]) -> Any:
+    """A source, or what says armed, with its topic and paths; None where there is none."""
+    return None if source is None else source.model_copy(update=_place_in_log(source, source.topic, known))
+
+
+def _place_in_log(named: Any, name: str, known: Mapping[str, Topic]) -> dict[str, str]:
+    """The topic and those of the paths that stand elsewhere in its messages: in JSON they are within `message`."""
+    if name not in known:
+        return {}
+    topic = known[name]
+    found = {"topic": topic.name}
+    for attribute in ("field", "stamp"):
+        path = getattr(named, attribute, "")
+        if path and path not in topic.fields and f"message.{path}" in topic.fields:
+            found[attribute] = f"message.{path}"
+    return found
+
 
 MAX_STEP_S = 2.0
 """The longest typical step of stamps in seconds [s]; and likewise for the smaller units."""
@@ -54,7 +105,7 @@ def describe(log: Log, description: LogDescription) -> Proposal:
     choice = choose_vehicle(log, description.inputs)
     ours = [topic for topic in log.topics if system_of(topic) not in choice.others]
     said = parse_columns(description.columns, ours, [topic for topic in log.topics if topic not in ours])
-    inputs = naming.with_log_names(description.inputs, ours)
+    inputs = with_log_names(description.inputs, ours)
     tables = log.read(names) if (names := self_description.names(ours)) else {}
     parts = parameter_epochs(ours, tables)
     vehicle, absent = self_description.of_vehicle(ours, tables), self_description.absent_batteries(ours, tables)
@@ -193,3 +244,62 @@ def guessed_unit(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StampUni
 def _step(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
     steps = np.diff(np.unique(time))
     return float(np.median(steps)) if steps.size else 0.0
+
+
+def cut_log(
+    topics: Sequence[Topic],
+    tables: Mapping[str, Table],
+    inputs: Inputs,
+    measured: MeasuredStreams | None,
+    cut: Cut,
+    since_1970: float | None,
+) -> tuple[tuple[Topic, ...], dict[str, Table], MeasuredStreams | None]:
+    """Topics, messages and measurements that a cut holds. Messages are cut by the time at which they were written.
+
+    What says whether the vehicle was armed is kept whole: it holds on from before the cut.
+
+    Args:
+        measured: of the whole log; None where no yaw rate was found.
+        since_1970: what makes seconds since 1970 of the stamps of the measurements [s]; None where nothing says it.
+
+    Raises:
+        EmptyCut: it holds nothing.
+        BadInput: it is a time of day, and nothing says it.
+    """
+    written = {name: writing_times(table, inputs) for name, table in tables.items()}
+    known = [time[np.isfinite(time)] for time in written.values()]
+    every = np.concatenate([*known, np.empty(0)])
+    shift = 0.0
+    if measured is not None and measured.streams["yaw_rate"][0].size and inputs.yaw_rate is not None:
+        stamps = measured.streams["yaw_rate"][0]
+        span = Span(float(stamps[0]), float(stamps[-1]), since_1970)
+        arrival = written[inputs.yaw_rate.topic]
+        shift = float(np.median(arrival[np.isfinite(arrival)]) - np.median(stamps)) if arrival.size else 0.0
+    elif every.size:
+        span = Span(float(every.min()), float(every.max()))
+    else:
+        return tuple(topics), dict(tables), measured
+    placed = cut.in_stamps(span)
+    if measured is not None:
+        rows_inside(measured.streams["yaw_rate"][0], cut, span)
+        streams = {name: _between(time, values, placed, span) for name, (time, values) in measured.streams.items()}
+        measured = replace(measured, streams={name: each for name, each in streams.items() if each[0].size})
+    low, high = placed.ends(span)
+    inside = {name: (time >= low + shift) & (time <= high + shift) for name, time in written.items() if time.size}
+    cut_tables = {name: _rows(table, inside[name]) for name, table in tables.items() if name in inside}
+    counts = {name: int(np.count_nonzero(rows)) for name, rows in inside.items()}
+    cut_topics = tuple(replace(topic, count=counts.get(topic.name, topic.count)) for topic in topics)
+    return cut_topics, {**tables, **cut_tables}, measured
+
+
+def _between(time: Array, values: Array, cut: Cut, span: Span) -> tuple[Array, Array]:
+    low, high = cut.ends(span)
+    inside = (time >= low) & (time <= high)
+    return time[inside], values[inside]
+
+
+def _rows(table: Table, inside: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Table:
+    places = np.flatnonzero(inside)
+    texts = {name: tuple(each[k] for k in places) for name, each in table.texts.items()}
+    arrival = None if table.arrival is None else table.arrival[inside]
+    return Table(arrival, columns_inside(table.columns, inside), texts)

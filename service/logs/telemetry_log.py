@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.cli.extras import load_package
 from service.inputs.instances import base, instance_field, numbered
 from service.inputs.owners import AUTOPILOT
 from service.inputs.table import Table, Topic
 from service.logs.choosing import choose_vehicle
 from service.logs.damage import Damage
+from service.logs.log import TableBuilder
 from service.logs.opening import MIN_PACKET_BYTES, STAMP_BYTES, packet_size
-from service.logs.packages import load_package
-from service.logs.table_builder import TableBuilder
 
 MAX_COPY_DELAY_S = 10.0
 """The time by which a second link may be late [s]: a busy sender's sequence numbers, of 8 bits, begin anew after

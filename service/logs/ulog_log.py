@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from service.cli.extras import load_package
 from service.inputs.instances import numbered
 from service.inputs.table import Table, Topic
-from service.logs.packages import load_package
 
 
 class ULogLog:

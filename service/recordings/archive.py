@@ -22,9 +22,9 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.cli.extras import load_package
 from service.config.configuration import Config
-from service.logs.archive_files import ARCHIVE_PROFILE, JSON_ENCODING, METADATA_NAME, archive_files, number
-from service.logs.packages import load_package
+from service.logs.opening import ARCHIVE_PROFILE, JSON_ENCODING, METADATA_NAME, archive_files, number
 from service.state.disk_refusals import OTHER_ARCHIVE, may_pass, refusal
 from service.wire import Keys
 from service.wire.json_text import json_text

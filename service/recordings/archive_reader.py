@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.cli.extras import load_package
 from service.inputs.forms.own import InvalidMeasurement, parse
-from service.logs.archive_files import ARCHIVE_PROFILE, JSON_ENCODING, METADATA_NAME, archive_files
 from service.logs.cutting import Cut, Span, rows_inside
-from service.logs.packages import load_package
+from service.logs.opening import ARCHIVE_PROFILE, JSON_ENCODING, METADATA_NAME, archive_files
 from service.wire import Keys
 
 _MAGIC = b"\x89MCAP0\r\n"
@@ -87,7 +87,7 @@ class ArchiveReader:
         """The messages within a cut: seconds count from the first message, times of day are the wall's.
 
         Raises:
-            NothingHeld: nothing came in it.
+            EmptyCut: nothing came in it.
         """
         if not cut:
             return self

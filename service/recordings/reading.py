@@ -21,21 +21,58 @@ from service.config.configuration import Config
 from service.inputs.arming import Spans, arming_spans, is_within
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
-from service.inputs.quantities import units_of
 from service.inputs.settings import Inputs, Preset, Source
+from service.inputs.table import ROWS
+from service.inputs.units import units_of
 from service.logs import Log, open_any
 from service.logs import reading as logs
-from service.logs.cutting import ARMED_CHANNEL, WHOLE_LOG, Cut, EmptyCut, Span, add_cut_arguments, empty_cut, since_1970
+from service.logs.cutting import (
+    ARMED_CHANNEL,
+    WHOLE_LOG,
+    Cut,
+    EmptyCut,
+    Span,
+    add_cut_arguments,
+    columns_inside,
+    empty_cut,
+    rows_inside,
+    since_1970,
+)
 from service.logs.dives import Dive, dives
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.logs.suspect_columns import refuse_without_numbers
-from service.recordings.axis_columns import of_axis, put_back, with_own_columns
-from service.recordings.cut_recordings import cut_recording
 from service.recordings.log_refusals import refuse_fraction, stillness
-from service.recordings.recording import Recording, continuation, from_streams
+from service.recordings.recording import (
+    Recording,
+    column_of_axis,
+    continuation,
+    from_streams,
+    put_back,
+    with_own_columns,
+)
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.recording_csv import read as read_recording
+
+
+def cut_recording(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:
+    """The rows of a recording that a cut holds, with the stamps that they have.
+
+    Args:
+        since_1970: what makes seconds since 1970 of its stamps [s]; None where nothing says it.
+
+    Raises:
+        EmptyCut: there is no row in it.
+        BadInput: the cut is a time of day, and nothing says it.
+    """
+    if not cut or not recording.time.size:
+        return recording
+    span = Span(float(recording.time[0]), float(recording.time[-1]), since_1970)
+    inside = rows_inside(recording.time, cut, span)
+    columns = columns_inside(recording.columns, inside)
+    displaced = {name: values[inside] for name, values in recording.displaced.items()}
+    return replace(recording, time=recording.time[inside], columns=columns, displaced=displaced)
+
 
 NEVER_ARMED = "never armed, so there is nothing to learn from: give a log of a dive in which the thrusters were armed"
 
@@ -70,7 +107,7 @@ class Reading:
         said = {"preset": args.preset, "system": args.system}
         inputs = config.inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
-        columns = tuple(of_axis(text, axis) for text in args.column)
+        columns = tuple(column_of_axis(text, axis) for text in args.column)
         return replace(Reading.configured(config, axis), description=LogDescription(columns, inputs), cut=Cut.of(args))
 
     @staticmethod
@@ -99,7 +136,7 @@ class Reading:
         """Each dive as a recording: a file, or several that are parts of one; those that a cut leaves out are said.
 
         Raises:
-            NothingHeld: the cut holds nothing of any of them.
+            EmptyCut: the cut holds nothing of any of them.
         """
         found, left_out = list[Recording](), list[EmptyCut]()
         with progress(f"reading {paths[0].name}" if len(paths) == 1 else "reading", _several(paths)) as advance:
@@ -292,3 +329,32 @@ def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recor
         on = sum(min(high, last) - max(low, first) for low, high in wanted)
         notes = (*notes, f"armed for {on:.3g} of {last - first:.3g} s; the rest is left out")
     return replace(recording, time=recording.time[kept], columns=columns, displaced=displaced, notes=notes)
+
+
+def read_body(reading: Reading, paths: Sequence[Path]) -> list[Recording]:
+    """Each dive as a recording; a table without yaw rate or torque as one of an axis whose own columns it has.
+
+    Raises:
+        BadInput: as of `Reading.of_all`.
+    """
+    try:
+        return reading.of_all(paths)
+    except BadInput:
+        axis = None
+        with suppress(BadInput):  # the first refusal says more than one of a second look
+            axis = _axis_without_yaw(paths[0], reading.description)
+        if axis is None:
+            raise
+    columns = tuple(column_of_axis(text, axis) for text in reading.description.columns)
+    description = replace(reading.description, columns=columns)
+    return replace(reading, axis=axis, rate_limit=axis.fastest, description=description).of_all(paths)
+
+
+def _axis_without_yaw(path: Path, description: LogDescription) -> Axis | None:
+    """The first axis whose velocity and effort are columns of a table that lacks yaw rate or torque; None without."""
+    log = open_any(path)
+    if not {YAW.rate, YAW.effort} & logs.describe(log, description).missing.keys():
+        return None
+    there = {field for topic in log.topics if topic.name == ROWS for field in topic.fields}
+    there |= {text.partition("=")[0] for text in description.columns}
+    return next((axis for axis in AXES.values() if axis != YAW and {axis.rate, axis.effort} <= there), None)

@@ -59,7 +59,7 @@ def read(
         cut: the part of it that is taken.
 
     Raises:
-        NothingHeld: the cut holds none of its rows.
+        EmptyCut: the cut holds none of its rows.
         BadInput: naming the file, the row (the header is row 1) and the cure.
     """
     header, lines = _rows(path, axis)

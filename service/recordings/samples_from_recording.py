@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from incsvr.checks.heading_against_rate import beside_yaw_rate
+from incsvr.checks.offsets import offsets, unsteady
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.freeing import takes_torque
 from incsvr.errors import BadInput
@@ -14,17 +16,48 @@ from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.learning.scaling import scaled_to
 from incsvr.numerics import root_mean_square
-from incsvr.plant.axes import stream_of
+from incsvr.plant.axes import YAW, stream_of
+from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
-from incsvr.plant.words import YAW_WORDS, AxisWords
+from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, synchronise
+from incsvr.signals.bursts import bursts, in_bursts
 from incsvr.signals.holding import REPEATED_SHARE, held_command
 from incsvr.signals.raw import HEADING
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MAX_PAUSE_S, MEASURED, ROTOR_LAG_S, TorqueKind
 from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS
-from service.recordings.recorded_streams import refuse_bursts, remarks_of
 from service.recordings.recording import Recording, Streams
+
+
+def refuse_bursts(recording: Recording, names: Sequence[str] = REQUIRED) -> None:
+    """Refuses streams whose stamps come in bursts: no acceleration follows from such a yaw rate.
+
+    Raises:
+        BadInput: they do.
+    """
+    for name in names:
+        apart = bursts(recording.streams()[name][0])
+        if apart is not None:
+            raise BadInput(f"{recording.name}: {in_bursts(words_of(recording.axis).stream(name), apart)}")
+
+
+def remarks_of(recording: Recording, smoothing: float) -> list[str]:
+    """A sentence for each thing that is wrong.
+
+    Args:
+        smoothing: standard deviation of the filter of both streams [s].
+    """
+    streams, words = recording.streams(), words_of(recording.axis)
+    said = [
+        in_bursts(words.stream(name), apart) for name in REQUIRED if (apart := bursts(streams[name][0])) is not None
+    ]
+    clock = None if said else unsteady(offsets(streams[YAW_RATE], streams[TORQUE], smoothing))
+    with_heading = recording.axis == YAW and HEADING in streams
+    heading = beside_yaw_rate(streams[YAW_RATE], streams[HEADING]) if with_heading else None
+    clock = None if clock is None else in_words_of(recording.axis, clock)
+    return [*said, *(each for each in (clock, heading) if each is not None)]
+
 
 RATE_BINS = 10
 """Bins of the rates between RATE_QUANTILES."""

@@ -16,10 +16,6 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-import zenoh
-
-from service.security.zenoh_file import tls_section
-
 WARNING_SPAN = timedelta(days=30)
 """The time before its end in which a certificate is said to end: a month leaves time for a visit to the vehicle."""
 EARLIEST_CLOCK = datetime(2020, 1, 1, tzinfo=UTC)
@@ -89,9 +85,9 @@ def now() -> datetime:
     return datetime.now(UTC)
 
 
-def validities(config: zenoh.Config) -> tuple[Validity, ...]:
-    """The validity of all certificates that a Zenoh configuration names; an unreadable one is left to who opens it."""
-    return tuple(_validities(tls_section(config)))
+def validities(tls: Mapping[str, Any]) -> tuple[Validity, ...]:
+    """The validity of all certificates that a TLS section names; an unreadable one is left to who opens it."""
+    return tuple(_validities(tls))
 
 
 def _validities(tls: Mapping[str, Any]) -> Iterator[Validity]:

@@ -18,8 +18,7 @@ from service.config.configuration import Config
 from service.state.disk_refusals import OTHER_STATE, is_read_only, may_pass, refusal, unwritable
 from service.state.history import History
 from service.state.matching import LOST_KEY, bring_back, has_lost_file, identity, open_state, set_aside
-from service.state.state_file import StateDamage, StateFile
-from service.state.state_lock import StateLock
+from service.state.state_file import StateDamage, StateFile, StateLock
 from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)

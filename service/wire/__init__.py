@@ -10,25 +10,35 @@ a viewer that starts late draws what happened before.
 
 from __future__ import annotations
 
-from service.wire.damping import DampingQuery, DampingReply, ErrorReply
-from service.wire.event import ThrustEvent
-from service.wire.feedforward import FeedforwardQuery, FeedforwardReply
-from service.wire.forecast import Estimate, ForecastQuery, ForecastReply
 from service.wire.form import Form, FormType, Numbers, decode, encode
-from service.wire.health import Health, Learning, Level, StreamHealth
-from service.wire.iteration import SETS, Batch, EffectsLedger, IterationHistory, IterationReport, Validation
+from service.wire.health import Health, Learning, Level, Measurement, StreamHealth, ThrustEvent, measurement
 from service.wire.keys import Keys
-from service.wire.measurements import Measurement, measurement
 from service.wire.model import (
+    SETS,
+    Batch,
     Coefficient,
     Coefficients,
+    EffectsLedger,
+    IterationHistory,
+    IterationReport,
     Kernel,
     ModelSnapshot,
     NoiseByRate,
     OverSeveral,
     Points,
     Support,
+    Validation,
     WaterMotion,
+)
+from service.wire.questions import (
+    DampingQuery,
+    DampingReply,
+    ErrorReply,
+    Estimate,
+    FeedforwardQuery,
+    FeedforwardReply,
+    ForecastQuery,
+    ForecastReply,
 )
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The message of a learner's health."""
+"""The incoming message, and the messages of a learner's health and of a fault that begins or ends."""
 
 from __future__ import annotations
 
@@ -7,7 +7,23 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from service.wire.form import Form
+from service.wire.form import Form, Numbers
+
+
+class Measurement(Form):
+    """One measured value, or arrays of equal length, of one stream: the vehicle's time [s] and SI units.
+
+    `seq` numbers the messages of a stream; where it is given, what was lost on the way is counted.
+    """
+
+    t: float | Numbers
+    value: float | Numbers
+    seq: Annotated[int, Field(ge=0, le=2**53)] | None = None
+
+
+def measurement(t: float | Numbers, value: float | Numbers, seq: int | None = None) -> bytes:
+    """The payload of a measurement."""
+    return Measurement(t=t, value=value, seq=seq).model_dump_json(exclude_none=True).encode()
 
 
 class StreamHealth(Form):
@@ -22,12 +38,27 @@ class StreamHealth(Form):
     held: int = 0  # values that wait for the other streams, or for their clock to be believed
 
 
-class Learning(Form):
-    """Whether samples are made and learned, since when in the vehicle's time [s], and why not in one sentence."""
+LearningState = Literal["learning", "starved", "paused"]
 
-    state: Literal["learning", "starved", "paused"] = "learning"
+
+class Learning(Form):
+    """Whether samples are made and learned, since when in the vehicle's time [s], and why not in one sentence.
+
+    starved: measurements come, and no sample can be made of them, or none that is evidence about damping. paused:
+    samples are made, and a check keeps them from being learned. The served model stays the last one that was learned.
+    """
+
+    state: LearningState = "learning"
     since: float = 0.0
     why: str = ""
+
+    def now(self, paused: str | None, starved: str | None, t: float) -> Learning:
+        """The state at the vehicle's time t [s], given why learning is paused and why there is no evidence.
+
+        A pause is said before a lack of samples: somebody decided it. `since` moves with the state alone.
+        """
+        state: LearningState = "paused" if paused else "starved" if starved else "learning"
+        return Learning(state=state, since=self.since if state == self.state else t, why=paused or starved or "")
 
 
 Level = Literal["OK", "WARN", "ERROR", "STALE"]
@@ -50,3 +81,22 @@ class Health(Form):
     learning: Learning = Learning()
     vehicle: str = Field(default="", exclude_if=operator.not_)  # whose axes a process learns together, if it does
     axes: dict[str, str] = Field(default={}, exclude_if=operator.not_)  # these axes, with the prefixes of their keys
+
+
+class ThrustEvent(Form):
+    """`…/event`: thrust is lost, or back, with the model that holds from then on: I ṙ + d(r) = `thrust` τ, d(r) as the
+    `revision` has it."""
+
+    boot: str
+    event: Literal["thrust lost", "thrust back"]
+    axis: str  # such as yaw
+    since: float  # its onset, the vehicle's time [s]
+    t: float  # the end of the data that showed it [s]
+    size: float  # part of the usual thrust that is lacking; about 0 where it is back
+    size_low: float  # interval of 95 %
+    size_high: float
+    thrust: float  # part of the usual thrust that there is
+    inertia: float  # kg m²
+    revision: int | None  # of the model that was served at the onset; None where no history reaches so far back
+    cannot_tell_from: tuple[str, ...]  # of "damping", "moment", "inertia"
+    why: str  # a sentence for people

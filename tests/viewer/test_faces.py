@@ -14,8 +14,8 @@ from service.commands.query import table
 from service.commands.status import text
 from service.export.command import in_format
 from service.export.learned import of_file, of_snapshot
-from service.learner.damping_query import DampingQuery
 from service.learner.published import ServedModel, damping_reply, snapshot
+from service.learner.questions import DampingQuery
 from service.recordings.recording_csv import write
 from simulator import leng
 from viewer.page.learner import curve

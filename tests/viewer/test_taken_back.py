@@ -31,7 +31,7 @@ def read_by_all(house: House, session: zenoh.Session, capsys: pytest.CaptureFixt
     assert not any(model["support"].values())
     assert [model[name] for name in ("sigma", "trained_range", "certified_error")] == [None] * 3
     damping = f"{KEYS.damping}?rate=0.1"
-    for selector in (damping, KEYS.coefficients, f"{damping};revision=2", f"{damping};at={model['t']!r}"):
+    for selector in (damping, f"{damping};revision=2", f"{damping};at={model['t']!r}"):
         refusal = decode(ErrorReply, asked(session, selector))
         assert (refusal.error_type, "learned" in refusal.error) == ("NothingLearned", True)
     assert decode(ErrorReply, asked(session, KEYS.forecast)).error_type == "NothingLearned"

@@ -22,7 +22,7 @@ from incsvr.tracing.model import TracedModel
 from incsvr.tracing.sentences import headline, irrelevance, limits, sentence
 from incsvr.tracing.spells import sentence as of_spells
 from incsvr.tracing.spells import spans
-from service.commands.trace_text import text
+from service.commands.trace import text
 
 MAX_HEADLINE_WORDS = 25
 N = r"([-+−]?\d+\.?\d*(?:e[-+−]?\d+)?)"

@@ -16,8 +16,16 @@ from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from service.bus.session import answer, open_session
-from service.inputs.quantities import si_unit
-from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, ModelSnapshot
+from service.inputs.units import si_unit
+from service.wire import (
+    EffectsLedger,
+    FormType,
+    Health,
+    IterationHistory,
+    IterationReport,
+    Keys,
+    ModelSnapshot,
+)
 from viewer import names
 
 FRESH_S = 0.5

@@ -8,8 +8,7 @@ from collections.abc import Mapping
 from service.inputs.owners import ros_name
 from service.inputs.presets.proposal import NOTHING_FOUND, Observation, Proposal, first, others_note
 from service.inputs.settings import Armed, Inputs, Source
-from service.inputs.stamp_fields import HEADER_STAMP
-from service.inputs.table import Topic
+from service.inputs.table import HEADER_STAMP, Topic
 
 RATE_PATHS = {
     "sensor_msgs/msg/Imu": "angular_velocity.z",

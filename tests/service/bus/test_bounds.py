@@ -18,8 +18,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service import wire
-from service.bus.session import client_config_at, free_endpoint, open_session
-from service.learner.duplicate_learner import take_prefix
+from service.bus.session import client_config_at, free_endpoint, open_session, take_prefix
 from tests.service.commands.test_processes import KEYS, client, client_after, command, following, serving
 from tests.service.conftest import PATIENCE, StartBench, teach
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from service import wire
-from service.bus.feed import Feed
-from service.bus.ingest import MIN_RING_PLACES, QUEUE_BYTES, RING_PLACES, Ingest
+from service.bus.ingest import MIN_RING_PLACES, QUEUE_BYTES, RING_PLACES, Feed, Ingest
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode

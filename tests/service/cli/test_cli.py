@@ -14,7 +14,7 @@ import pytest
 
 from service.cli import extras
 from service.cli.command_line import COMMANDS, main, whole_parser
-from service.cli.removed import REMOVED
+from service.cli.parser import REMOVED
 from tests.conftest import ROOT
 
 EXAMPLES = [(name, example) for name, (_, _, example) in COMMANDS.items()]

@@ -12,7 +12,7 @@ import pytest
 from incsvr.errors import BadInput
 from service import wire
 from service.cli.command_line import main
-from service.cli.console import Console
+from service.cli.display import Console
 from service.cli.output import emit
 from service.cli.parser import Parser
 from service.cli.terminal import spelt_controls
@@ -21,7 +21,7 @@ from service.config.traced_effects import read_effects
 from service.export.learned import of_file
 from service.inputs.forms.decoding import Undecodable, decoder
 from service.inputs.forms.own import InvalidMeasurement, parse
-from service.learner.damping_query import parse_numbers
+from service.learner.questions import parse_numbers
 
 RECORDING = "t,yaw_rate,torque\n0,0.1,1\n1,0.1,350_0\n"
 COMMANDS = [

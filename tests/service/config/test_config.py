@@ -15,8 +15,7 @@ from incsvr.signals import SignalSettings
 from service.bus.session import from_file
 from service.cli.command_line import main
 from service.config.config_writer import commented_yaml
-from service.config.configuration import Config
-from service.config.removed import REMOVED
+from service.config.configuration import REMOVED, Config
 from service.config.sources import add_config_arguments, from_arguments, read
 from tests.conftest import ROOT
 

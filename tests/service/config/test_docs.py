@@ -13,7 +13,7 @@ import pytest
 
 from service import wire
 from service.inputs.forms.own import parse
-from service.learner.damping_query import MAX_RATES
+from service.learner.questions import MAX_RATES
 from tests.service.commands.test_processes import KEYS, client_after, endpoint, following, next_model
 from tests.service.conftest import teach
 

@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from incsvr.errors import BadInput
-from service.config.core_yaml import parse
-from service.config.yaml_edit import Place, with_values
+from service.config.core_yaml import Place, parse, with_values
 
 TEXT = """\
 # head
@@ -22,11 +21,6 @@ signals:
 learner:
   gamma: 3
 
-# the others
-also:
-  - prefix: a/b
-    learner: {}
-  - prefix: c/d
 bus:"""
 
 
@@ -41,8 +35,6 @@ bus:"""
         (("signals", "torque"), "measured", '  torque: "measured"'),
         (("learner", "C"), 60.0, "  C: 60.0"),
         (("tracing", "live"), "off", '  live: "off"'),
-        (("also", "0", "learner", "gamma"), 2.5, "    learner: {gamma: 2.5}"),
-        (("also", "1", "learner", "gamma"), 2.5, "      gamma: 2.5"),
         (("bus", "listen"), "tcp/x:1", 'bus: {listen: "tcp/x:1"}'),
         (("state",), None, "state: null"),
     ],

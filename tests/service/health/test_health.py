@@ -11,9 +11,9 @@ import pytest
 from incsvr.numerics import Array
 from service.config.sections import HealthLimits
 from service.health.health_watch import HealthConditions, HealthWatch
-from service.learner.damping_query import DampingQuery
 from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import CommittedIteration
+from service.learner.questions import DampingQuery
 from simulator import leng
 from tests.service.conftest import configured
 

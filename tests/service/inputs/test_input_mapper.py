@@ -94,7 +94,10 @@ def test_what_the_vehicle_tells_goes_before_the_configuration_and_alone_is_kept(
     assert hearing.parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": 1.0}
     assert hearing.told_parameters == {"FRAME_CONFIG": 2.0}
     corrected = Inputs.model_validate({"preset": "blueos", "parameters": {"MOT_1_DIRECTION": -1.0}})
-    assert InputMapper(corrected, hearing.told_parameters).parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": -1.0}
+    assert InputMapper(corrected, hearing.parameters_by_system).parameters == {
+        "FRAME_CONFIG": 2.0,
+        "MOT_1_DIRECTION": -1.0,
+    }
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300, "x", None])

@@ -10,7 +10,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from service import wire
-from service.bus.arrivals import Arrivals
+from service.bus.mapped_ingest import Arrivals
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.config.sources import read
 from service.inputs.input_mapper import InputMapper

@@ -21,8 +21,8 @@ from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.export.command import in_format
 from service.export.learned import of_snapshot
 from service.host.host import Host
-from service.learner.estimates import forecast_reply
 from service.learner.feedforward_reply import feedforward_reply
+from service.learner.stand_in import forecast_reply
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from tests.service.conftest import PATIENCE, configured, cut

@@ -23,8 +23,8 @@ from service import wire
 from service.cli.command_line import main
 from service.config.configuration import Config
 from service.config.traced_effects import configured_effects
-from service.learner.estimates import estimate, forecast_reply
 from service.learner.node import LearnerNode
+from service.learner.stand_in import estimate, forecast_reply
 from service.recordings.recording import Recording
 from simulator import leng
 from tests import worlds

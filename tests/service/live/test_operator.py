@@ -100,7 +100,6 @@ def test_a_wrong_name_or_way_gets_a_sentence_that_names_the_right_one(bench: Ben
     assert "is not in force here, so it cannot be withdrawn" in refused(bench, f"{withdraw}?effect=torque_lag")
     assert "such as ?effect=torque_lag" in refused(bench, promote)
     assert "is no parameter of" in refused(bench, f"{promote}?name=torque_lag")
-    assert f"{promote}?effect=torque_lag" in refused(bench, f"{bench.keys.effects}?promote=torque_lag")
     assert bench.host.node.ledger.history == ()
 
 

@@ -15,7 +15,7 @@ from incsvr.signals import synchronise
 from service import wire
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
-from service.logs.archive_files import archive_files
+from service.logs.opening import archive_files
 from service.recordings import archive, samples_from_recording
 from service.recordings.archive import Archive
 from service.recordings.archive_reader import ArchiveReader, is_archive

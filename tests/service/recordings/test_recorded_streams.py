@@ -11,10 +11,9 @@ from numpy.typing import ArrayLike
 
 from incsvr.numerics import Array
 from service.cli.command_line import main
-from service.recordings.recorded_streams import remarks_of
 from service.recordings.recording import Streams, from_streams
 from service.recordings.recording_csv import write
-from service.recordings.samples_from_recording import signals_for
+from service.recordings.samples_from_recording import remarks_of, signals_for
 
 STEP, COUNT, HALF = 0.05, 8000, 200.0
 INERTIA = 20.0

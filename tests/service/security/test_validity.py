@@ -14,13 +14,20 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from incsvr.errors import BadInput
 from service import wire
 from service.bus.bus_check import check_bus
-from service.bus.session import BusRefusal, certificates, client_config_at, free_endpoint, from_file, open_session
+from service.bus.session import (
+    BusRefusal,
+    certificates,
+    client_config_at,
+    endpoints,
+    free_endpoint,
+    from_file,
+    open_session,
+)
 from service.cli.command_line import main
 from service.config.sections import Bus
 from service.host.host import Host
 from service.host.worker_threads import WorkerThreads
 from service.security.certificate_validity import dates
-from service.security.zenoh_file import endpoints
 from tests.service.conftest import configured
 from tests.service.security.secured import redated, until_settled
 
