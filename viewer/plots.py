@@ -8,7 +8,6 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
-from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.tracing import Trace
@@ -21,22 +20,19 @@ except ModuleNotFoundError as missing:
     raise BadInput(f"plots need matplotlib, which is not installed: {how_to_install('matplotlib')}") from missing
 
 from viewer.log_plot import of_log
-from viewer.report.charts import Curve, draw_damping, draw_free_run
+from viewer.report.charts import draw_damping, draw_free_run
 from viewer.report.dives_page import draw as draw_dives
-from viewer.report.drawing import AFTER, MEASURED, STYLE
+from viewer.report.drawing import MEASURED, STYLE
+from viewer.report.fit_page import learned_curve
 
 __all__ = ["of_comparison", "of_fit", "of_log", "of_trace", "of_vehicle"]
 
 
 def of_fit(pictures: FitPictures, axis: Axis = YAW) -> Any:
     """The learned damping curve beside its samples."""
-    model = pictures.model
-    rate = np.linspace(*(model.trained_range or (0.0, 0.0)), 201)
-    learned = model.predict(rate)
-    curve = Curve("learned, with its 95 %", rate, learned.damping, AFTER, "-", NORMAL_95_DEVIATIONS * learned.doubt)
     with pyplot.rc_context(STYLE):
         figure = pyplot.figure(figsize=(6.5, 5.0), layout="constrained")
-        draw_damping(figure, [curve], pictures.samples.yaw_rate, pictures.samples.damping, axis)
+        draw_damping(figure, [learned_curve(pictures)], pictures.samples.yaw_rate, pictures.samples.damping, axis)
     return figure
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,14 @@ from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from service.cli.output import add_json_argument, emit
 from service.commands import config_output, fit_written, log_configuration, other_velocities
-from service.commands.arguments import POLICIES, POLICY_HELP, add_recordings_arguments
+from service.commands.arguments import (
+    POLICIES,
+    POLICY_HELP,
+    REPORT_WRITER,
+    add_recordings_arguments,
+    add_report_argument,
+    provenance,
+)
 from service.commands.declaration import add_sign_argument, judge_declaration
 from service.commands.fit_attempt import SMOOTHING
 from service.commands.fit_result import Fit
@@ -49,14 +57,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--policy", choices=POLICIES, help=POLICY_HELP)
     fit_written.add_arguments(parser)
+    add_report_argument(parser)
     add_sign_argument(parser)
     add_log_arguments(parser)
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    _, _, result, words = answer(args)
-    emit(args, result, words)
+    axis, fit, result, words = answer(args)
+    try:
+        emit(args, result, words)
+    finally:
+        if args.report:
+            import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, provenance(args))
     return 0
 
 

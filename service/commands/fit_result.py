@@ -63,7 +63,7 @@ class Fit:
             were given.
         validated_on: the unseen recordings.
         free_run_rmse: of the final model on each unseen run from its first yaw rate [rad/s]; None where it runs away.
-        pictures: what `plot` draws.
+        pictures: for a report.
         effects: names of the traced effects in force.
         put_aside: batches that were not learned, because a check said that they are wrong.
         closed_loop: whether the torque answers the yaw rate that the water makes.
@@ -118,7 +118,7 @@ class Fit:
         signals, training, said = _best_training(runs, unseen, signals, terms, declaration)
         samples, iterations = training.samples, training.iterations
         model, excitation = iterations[-1].model, training.excitation
-        free_runs = terms.free_runs(unseen, signals, model) if unseen else []
+        pictured = terms.free_runs(unseen or runs, signals, model)
         by_itself = not inputs or coupled is not None
         others = OtherVelocities.of(coupled, joined, samples, signals) if by_itself else NO_OTHER_VELOCITIES
         sentences = [*declaration.sentences, *remarks([*runs, *unseen], signals), *others.remarks]
@@ -134,8 +134,8 @@ class Fit:
             training.guarded,
             training.errors,
             sequence(unseen).name if unseen else "",
-            rmse([run.error for run in free_runs]) if unseen else None,
-            FitPictures(model, samples),
+            rmse([run.error for run in pictured]) if unseen else None,
+            FitPictures(model, samples, pictured, sequence(unseen or runs).name, bool(unseen)),
             () if terms.compensation is None else terms.compensation.names,
             len(training.verdicts) - len(iterations),
             torque_answers(training.undriven),

@@ -1,16 +1,20 @@
-"""The reports of a trace, a vehicle and of dives compared: one self-contained HTML file each, to keep."""
+"""The reports of a trace, a fit, a vehicle and of dives compared: one self-contained HTML file each, to keep."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from incsvr.errors import BadInput
+from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.plant.axes import YAW, Axis
 from incsvr.tracing import Trace
 from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
+
+__all__ = ["write", "write_dives", "write_fit", "write_vehicle"]
 
 
 def write(trace: Trace, path: Path, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> None:
@@ -25,6 +29,19 @@ def write(trace: Trace, path: Path, axis: Axis = YAW, provenance: Mapping[str, s
     with _needs_libraries():
         from viewer.report.page import page
     _write(path, page(trace, axis, provenance))
+
+
+def write_fit(
+    result: Mapping[str, Any],
+    pictures: FitPictures,
+    path: Path,
+    axis: Axis = YAW,
+    provenance: Mapping[str, str] | None = None,
+) -> None:
+    """Writes the report of a fit: `result` is what `incsvr fit --json` writes; otherwise as `write`."""
+    with _needs_libraries():
+        from viewer.report.fit_page import fit_page
+    _write(path, fit_page(result, pictures, axis, provenance))
 
 
 def write_vehicle(

@@ -183,12 +183,32 @@ def test_the_unseen_runs_are_not_cut_to_the_learned_ones(
     assert result["validation"]["rmse"] > 40.0
 
 
+@pytest.mark.slow
+def test_the_report_of_a_fit_is_one_page_and_says_what_the_fit_says(
+    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], tmp_path: Path
+) -> None:
+    page = tmp_path / "fit.html"
+    result = fit(capsys, recorded["T1"], "--validate", recorded["V1"], "--inertia", "7000", "--report", page)
+    text = page.read_text(encoding="utf-8")
+    assert 'src="http' not in text
+    assert text.count("<svg") >= 3
+    for said in (
+        "Fit: The damping was learned from",
+        "T1.csv",
+        f"from {result['samples']} samples",
+        "times the torque",
+    ):
+        assert said in text
+    for note in result["coefficient_notes"]:
+        assert note in text
+
+
 @pytest.mark.parametrize("name", ["rep.pdf", "rep", "rep.json"])
 def test_a_report_of_another_form_is_refused_before_any_work(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str
 ) -> None:
     with pytest.raises(SystemExit, match="2"):
-        main(["trace", "nowhere.csv", "--inertia", "1", "--report", str(tmp_path / name)])
+        main(["fit", "nowhere.csv", "--inertia", "1", "--report", str(tmp_path / name)])
     assert f"the report is a page of HTML: name it {Path(name).with_suffix('.html')}" in capsys.readouterr().err
 
 
