@@ -1,0 +1,95 @@
+"""What an actuator applies in each step of a simulation: exact means of the effort's own samples.
+
+Between its samples an effort is held as a command is, runs on lines, or is a smooth curve; its integral is exact for each.
+Static stages act on the samples, a shift in time on the curve, a lag on the steps' means.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.signal import lfilter
+
+from incsvr.model.series import Stream
+from incsvr.numerics import Array
+
+WAYS = ("linear", "hold", "smooth")
+"""How an effort gets from one of its samples to the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """What the actuators make of a demanded effort, before it acts; each number leaves the effort as it is where None.
+
+    Attributes:
+        exponent: τ → τ₀ (τ/τ₀)ᵖ, τ₀ being `top`, the effort at which the curve is told.
+        dead: half width of the zone in which nothing comes [effort].
+        limit: the largest effort that comes [effort].
+        reverse: what comes of a negative effort, in what comes of the same positive one.
+        shift: by so much later it acts [s].
+        lag: time constant of the actuators [s].
+    """
+
+    exponent: float | None = None
+    dead: float | None = None
+    limit: float | None = None
+    reverse: float | None = None
+    shift: float = 0.0
+    lag: float | None = None
+
+    def static(self, effort: Array, top: float) -> Array:
+        """(n,) the samples after the static stages."""
+        u = effort
+        if self.exponent is not None:
+            u = top * np.sign(u) * np.abs(u / top) ** self.exponent
+        if self.dead is not None:
+            u = u - np.clip(u, -abs(self.dead), abs(self.dead))
+        if self.limit is not None:
+            u = np.clip(u, -self.limit, self.limit)
+        if self.reverse is not None:
+            u = np.where(u < 0.0, self.reverse * u, u)
+        return u
+
+
+def means(stream: Stream, edges: Array, way: str, stage: Stage, top: float) -> Array:
+    """(steps,) the mean effort between the edges [s], which are evenly spaced, after its stages."""
+    t, u = stream
+    step = float(edges[1] - edges[0])
+    total = _integral(t, stage.static(u, top), way)(edges - stage.shift)
+    mean = np.diff(total) / step
+    if stage.lag is None or stage.lag <= 0.0:
+        return mean
+    share = step / stage.lag
+    before = lagged(mean, share)
+    return np.asarray(mean + (before - mean) * (-np.expm1(-share) / share))
+
+
+def lagged(value: Array, share: float) -> Array:
+    """(n,) the state of a first-order lag before each step, at rest on the first value; `share` is step / constant."""
+    kept = float(np.exp(-share))
+    return np.asarray(lfilter([0.0, 1.0 - kept], [1.0, -kept], value - value[0]) + value[0])
+
+
+def _integral(t: Array, u: Array, way: str) -> Callable[[Array], Array]:
+    """The integral of the effort from its first stamp on; beyond its ends it keeps the last value."""
+    if way == "smooth" and t.size > 3:
+        inner = PchipInterpolator(t, u).antiderivative()
+    else:
+        rise = np.diff(u) / np.diff(t) if way != "hold" else np.zeros(t.size - 1)
+        parts = (u[:-1] + 0.5 * rise * np.diff(t)) * np.diff(t)
+        sums = np.concatenate(([0.0], np.cumsum(parts)))
+
+        def inner(at: Array) -> Array:
+            k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 2)
+            after = at - t[k]
+            return np.asarray(sums[k] + (u[k] + 0.5 * rise[k] * after) * after)
+
+    def whole(at: Array) -> Array:
+        inside = np.clip(at, t[0], t[-1])
+        beyond = at - inside
+        return np.asarray(inner(inside) + beyond * np.where(at < t[0], u[0], u[-1]))
+
+    return whole

@@ -1,0 +1,166 @@
+"""A vehicle from recordings: the plain model, C(ν), then what it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from incsvr.model import rows as catalogue
+from incsvr.model.efforts import WAYS
+from incsvr.model.fitting import Fit, Problem, fit
+from incsvr.model.left_out import gain_of, left_out
+from incsvr.model.rows import Row, free_products, mirrored
+from incsvr.model.search import Found, search
+from incsvr.model.series import Series, duration, effort_of, period, values
+from incsvr.model.start import start, time_constants
+from incsvr.model.structure import Structure
+from incsvr.model.windows import ANGLES, cut
+from incsvr.numerics import Array
+from incsvr.plant.axes import VELOCITIES
+
+HORIZON_TIME_CONSTANTS = 3.0
+"""Of the slowest axis in a window: a few settling times, so that damping and inertia both show in it."""
+
+CLEAR_DEVIATIONS, CLEAR_SHARE = 3.0, 0.75
+"""By how many deviations, and in which share of the folds, something wins clearly over the hypothesis C(M)."""
+FEWEST_WINDOWS = 24.0
+"""Into which recordings are cut: with fewer neither folds nor blocks tell what an error of an estimate is."""
+
+
+@dataclass(frozen=True)
+class Identification:
+    """The plain model, and the best.
+
+    Attributes:
+        plain: mass, own damping, restoring, and C(ν) of M where several axes are predicted.
+        found: with what the plain model lacks.
+    """
+
+    plain: Fit
+    found: Found
+
+
+def structure_of(
+    runs: Sequence[Series], axes: Sequence[str], channels: Sequence[str] = (), given: Mapping[str, float] | None = None
+) -> Structure:
+    """The plain structure of some axes: own damping, restoring, C(M) for several; `given` are declared inertias."""
+    driven = tuple(axis for axis in axes if all(effort_of(axis) in run for run in runs) and np.any(values(runs, effort_of(axis))))
+    recorded = [name for name in ANGLES if all(name in run for run in runs)]
+    rows = tuple(row for axis in axes for row in catalogue.damping(axis))
+    rows += catalogue.restoring(axes, recorded)
+    angles = [name for name in ("roll", "pitch") if name in recorded and {"roll_rate", "pitch_rate"} & set(axes)]
+    return Structure(
+        tuple(axes), driven, rows, tied=len(axes) > 1,
+        given={axis: float(np.log(value)) for axis, value in (given or {}).items()},
+        shift_priors={axis: 0.5 * period(runs, effort_of(axis)) for axis in driven},
+        channels=tuple(dict.fromkeys((*channels, *angles))),
+    )  # fmt: skip
+
+
+def plain_fit(structure: Structure, runs: Sequence[Series], predictor: bool = False) -> Fit:
+    """The plain model; step and horizon follow its time constants, and efforts take the way that fits best."""
+    sample = min(period(runs, axis) for axis in structure.axes)
+    theta = start(structure, runs)
+    length = duration(runs, structure.axes[0])
+    scale = min(motion_scale(runs, axis) for axis in structure.axes)
+    fast, slow = (time_constants(structure, theta, runs, quantile) for quantile in (0.95, 0.5))
+    for turn in range(3):
+        step = step_of(sample, min(float(fast.min()), scale))
+        horizon = min(HORIZON_TIME_CONSTANTS * float(slow.max()), length / FEWEST_WINDOWS)
+        problem = Problem(cut(runs, structure, step, horizon))
+        begin: Array | None = None
+        if turn == 0:
+            tried = [
+                fit(replace(structure, ways=dict.fromkeys(structure.driven, way)), theta, problem, rounds=5)
+                for way in WAYS
+            ]
+            best = min(tried, key=lambda each: each.value)
+            structure, theta, begin = best.structure, dict(best.theta), best.starts
+        found = fit(structure, theta, problem, begin)
+        theta = dict(found.theta)
+        fast, slow = (time_constants(structure, theta, runs, quantile) for quantile in (0.95, 0.5))
+        near = 0.7 < step_of(sample, min(float(fast.min()), scale)) / step < 1.5
+        wanted = min(HORIZON_TIME_CONSTANTS * float(slow.max()), length / FEWEST_WINDOWS)
+        if near and 0.6 < wanted / horizon < 1.7:
+            break
+    return found
+
+
+def motion_scale(runs: Sequence[Series], name: str) -> float:
+    """The lag at which a stream's autocorrelation falls below a half [s]."""
+    found = []
+    for run in runs:
+        t, v = run[name]
+        even = np.interp(np.linspace(t[0], t[-1], t.size), t, v)
+        even = even - even.mean()
+        spectrum = np.abs(np.fft.rfft(even, 2 * even.size)) ** 2
+        correlation = np.fft.irfft(spectrum)[: even.size]
+        below = np.flatnonzero(correlation < 0.5 * correlation[0])
+        found.append(float(below[0] if below.size else even.size) * (t[-1] - t[0]) / max(t.size - 1, 1))
+    return float(np.median(found))
+
+
+def step_of(sample: float, constant: float) -> float:
+    """A whole part of the sample period [s], or a whole multiple of it, at most two fifths of the fastest time constant,
+    but no smaller than an eighth of the period: what is faster than that no log shows."""
+    wanted = 0.4 * constant
+    if wanted >= sample:
+        return float(sample * max(1, int(wanted / sample)))
+    return float(sample / min(np.ceil(sample / wanted - 1e-9), 8.0))
+
+
+def pool(structure: Structure, runs: Sequence[Series]) -> list[Row]:
+    """The rows that a structure may lack, on each of its axes."""
+    names = set.intersection(*(set(run) for run in runs))
+    velocities = catalogue.recorded_velocities(tuple(names))
+    found: list[Row] = []
+    for axis in structure.axes:
+        driven = axis in structure.driven
+        fast = float(np.quantile(np.abs(values(runs, axis)), 0.99))
+        found += catalogue.own(axis, fast, driven)
+        others = [name for name in velocities if name != axis]
+        found += catalogue.with_others(axis, others, driven)
+        if len(structure.axes) > 1:
+            found += catalogue.efforts_of_others(axis, structure.driven)
+    return found
+
+
+def identify(runs: Sequence[Series], axes: Sequence[str], given: Mapping[str, float] | None = None, log=None, most: int = 6) -> Identification:
+    """The plain model of some axes, and the one with what it lacks."""
+    names = set.intersection(*(set(run) for run in runs))
+    others = tuple(name for name in VELOCITIES if name in names and name not in axes)
+    structure = structure_of(runs, axes, others, given)
+    plain = plain_fit(structure, runs)
+    windows = plain.problem.windows
+    if log: log(f"   plain: step {windows.step:.3g} horizon {windows.steps * windows.step:.3g} s, {windows.first.size} windows, {plain.structure.ways} value {plain.value:.0f}")
+    found = plain
+    if len(axes) > 1:
+        plain, found = choose_coriolis(plain, runs, log)
+    rows = pool(plain.structure, runs)
+    if len(axes) > 1:
+        rows = [row for row in rows if mirrored(row)]
+    more = search(found, rows, most=most, log=log)
+    return Identification(plain, more)
+
+
+def choose_coriolis(plain: Fit, runs: Sequence[Series], log=None) -> tuple[Fit, Fit]:
+    """The plain model with C(ν) of M, from the best start, and the one that the recordings left out decide for.
+
+    C(M) is the hypothesis: products with coefficients of their own, or none, take its place only where they win clearly.
+    """
+    free = replace(plain.structure, tied=False).plus(rows=free_products(plain.structure.axes))
+    theta = {**start(free, runs), **{name: value for name, value in plain.theta.items() if name.startswith("shift")}}
+    rival = fit(free, theta, plain.problem, plain.starts)
+    again = fit(plain.structure, {name: rival.theta.get(name, value) for name, value in plain.theta.items()}, plain.problem, rival.starts)
+    plain = min(plain, again, key=lambda each: each.value)  # no local minimum decides
+    best = plain
+    base = left_out(plain, exact=True)
+    without = replace(plain.structure, tied=False)
+    for label, other in (("free products", rival), ("no C(ν)", fit(without, start(without, runs), plain.problem, plain.starts))):
+        reached = gain_of(base - left_out(other, exact=True), plain.problem.windows)
+        if log: log(f"   {label} for C(M): gain {reached.total:.0f} dev {reached.deviations:.1f} agree {reached.agreeing:.2f}")
+        if reached.deviations >= CLEAR_DEVIATIONS and reached.agreeing >= CLEAR_SHARE and other.value < best.value:
+            best = other
+    return plain, best

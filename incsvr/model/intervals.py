@@ -1,0 +1,63 @@
+"""Intervals of 95 % of fitted parameters: over blocks of windows, and widened by what half of the samples would change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.model.fitting import Fit, Problem, fit
+from incsvr.model.left_out import blocks
+from incsvr.model.series import every
+from incsvr.model.structure import is_logarithm
+from incsvr.model.windows import cut
+from incsvr.numerics import Array
+
+DEVIATIONS_OF_95 = 1.96
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """An estimate in its own unit, with the ends of its interval of 95 %.
+
+    Attributes:
+        value, low, high: in the parameter's unit.
+        moved: what fitting to every second sample changes, in the half width that the blocks give; beyond one, the log is
+            too coarse for the parameter.
+    """
+
+    value: float
+    low: float
+    high: float
+    moved: float = 0.0
+
+
+def deviations(found: Fit) -> Array:
+    """(p,) of the parameters, in θ's own units: over blocks of windows, and no narrower than independent errors give."""
+    whole = found.normal.sum(axis=0) + np.diag(found.prior)
+    inverse = np.linalg.pinv(whole, rcond=1e-12)
+    block = blocks(found.problem.windows)
+    by_block = np.stack([np.bincount(block, found.gradient[:, j]) for j in range(found.gradient.shape[1])], axis=1)
+    n = by_block.shape[0]
+    spread = inverse @ (by_block.T @ by_block * n / max(n - inverse.shape[0], 1)) @ inverse
+    return np.asarray(np.sqrt(np.maximum(np.diag(spread), np.diag(inverse))) * found.units)
+
+
+def halved(found: Fit) -> Fit:
+    """The same structure, from every second sample of every stream."""
+    windows, structure = found.problem.windows, found.structure
+    coarse = cut([every(run, 2) for run in windows.runs], structure, windows.step, windows.step * windows.steps)
+    return fit(structure, found.theta, Problem(coarse, None, found.problem.starts_fitted), rounds=8)
+
+
+def intervals(found: Fit, half: Fit | None = None) -> dict[str, Interval]:
+    """Of every parameter; `half` is the fit to every second sample, None where nobody made it."""
+    result = {}
+    for name, deviation in zip(found.names, deviations(found), strict=True):
+        at, width = found.theta[name], DEVIATIONS_OF_95 * float(deviation)
+        change = abs(half.theta[name] - at) if half is not None else 0.0
+        width_of_both = float(np.hypot(width, change)) if change > width else width
+        ends = np.array([at, at - width_of_both, at + width_of_both])
+        value, low, high = (np.exp(ends) if is_logarithm(name) else ends).tolist()
+        result[name] = Interval(value, low, high, change / max(width, 1e-300))
+    return result
