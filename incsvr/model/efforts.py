@@ -31,6 +31,7 @@ class Stage:
         reverse: what comes of a negative effort, in what comes of the same positive one.
         shift: by so much later it acts [s].
         lag: time constant of the actuators [s].
+        blur: width over which the samples are averaged [s], because a measured effort has noise that never acts.
     """
 
     exponent: float | None = None
@@ -39,6 +40,7 @@ class Stage:
     reverse: float | None = None
     shift: float = 0.0
     lag: float | None = None
+    blur: float | None = None
 
     def static(self, effort: Array, top: float) -> Array:
         """(n,) the samples after the static stages."""
@@ -58,8 +60,16 @@ def means(stream: Stream, edges: Array, way: str, stage: Stage, top: float) -> A
     """(steps,) the mean effort between the edges [s], which are evenly spaced, after its stages."""
     t, u = stream
     step = float(edges[1] - edges[0])
-    total = _integral(t, stage.static(u, top), way)(edges - stage.shift)
-    mean = np.diff(total) / step
+    integral = _integral(t, stage.static(u, top), way)
+    if stage.blur is None:
+        mean = np.diff(integral(edges - stage.shift)) / step
+    else:  # a box, by Gauss and Legendre's rule of five points
+        points, weights = np.polynomial.legendre.leggauss(5)
+        parts = [
+            w * np.diff(integral(edges - stage.shift + 0.5 * stage.blur * x))
+            for x, w in zip(points, weights, strict=True)
+        ]
+        mean = 0.5 * np.sum(parts, axis=0) / step
     if stage.lag is None or stage.lag <= 0.0:
         return mean
     share = step / stage.lag

@@ -29,7 +29,9 @@ def residuals(
     return windows.measured, windows.measured - told, windows.measured - held, windows.axis
 
 
-def rms(structure: Structure, theta: Mapping[str, float], runs: Sequence[Series], step: float, horizon: float = np.inf) -> dict[str, dict[str, float]]:
+def rms(
+    structure: Structure, theta: Mapping[str, float], runs: Sequence[Series], step: float, horizon: float = np.inf
+) -> dict[str, dict[str, float]]:
     """RMS by axis of the `model`, of a velocity of `zero` and of `hold`, the first value kept."""
     measured, error, held, axis = residuals(structure, theta, runs, step, horizon)
     found = {}

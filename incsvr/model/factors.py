@@ -11,9 +11,16 @@ from incsvr.numerics import Array
 
 SIMPLE: dict[str, Callable[[Array], Array]] = {
     "size": np.abs, "square": np.square, "root": lambda x: np.sqrt(np.abs(x)), "sine": np.sin, "cosine": np.cos,
-    "sine2": lambda x: np.sin(2.0 * x), "cosine2": lambda x: np.cos(2.0 * x),
+    "drag": lambda x: x * np.abs(x), "sine2": lambda x: np.sin(2.0 * x), "cosine2": lambda x: np.cos(2.0 * x),
 }  # fmt: skip
 """Kinds of factors that are a function of their signal alone."""
+BY_WIDTH: dict[str, Callable[[Array, float], Array]] = {
+    "sign": lambda x, width: np.tanh(x / width),
+    "after": lambda x, width: (x >= width).astype(np.float64),
+    "wave_sine": lambda x, width: np.sin(2.0 * np.pi * x / width),
+    "wave_cosine": lambda x, width: np.cos(2.0 * np.pi * x / width),
+}
+"""Kinds of factors that have a number of their own."""
 
 
 class Factors:
@@ -30,18 +37,20 @@ class Factors:
         self.place: dict[Factor, int] = {Factor("one"): 0}
         self.place |= {Factor("value", name): k + 1 for name, k in place.items()}
         self._simple: list[tuple[Callable[[Array], Array], Array, slice]] = []
-        self._signs: list[tuple[int, float, int]] = []
+        self._signs: list[tuple[Callable[[Array, float], Array], int, float, int]] = []
         self._down: list[tuple[str, int]] = []
         count = len(signals) + 1
         for kind, function in SIMPLE.items():
             own = list(dict.fromkeys(each for each in factors if each.kind == kind))
             if own:
-                self._simple.append((function, np.array([place[each.of] for each in own]), slice(count, count + len(own))))
+                self._simple.append(
+                    (function, np.array([place[each.of] for each in own]), slice(count, count + len(own)))
+                )
                 self.place |= {each: count + k for k, each in enumerate(own)}
                 count += len(own)
         for each in dict.fromkeys(factors):
-            if each.kind == "sign":
-                self._signs.append((place[each.of], each.width, count))
+            if each.kind in BY_WIDTH:
+                self._signs.append((BY_WIDTH[each.kind], place[each.of], each.width, count))
             elif each.kind.startswith("down"):
                 self._down.append((each.kind, count))
             else:
@@ -56,8 +65,8 @@ class Factors:
         out[..., 1 : self._signals + 1, :] = signals
         for function, which, to in self._simple:
             out[..., to, :] = function(signals[..., which, :])
-        for which, width, to in self._signs:
-            out[..., to, :] = np.tanh(signals[..., which, :] / width)
+        for with_width, which, width, to in self._signs:
+            out[..., to, :] = with_width(signals[..., which, :], width)
         if self._down:
             roll, pitch = (signals[..., which, :] for which in self._angles)
             for kind, to in self._down:
@@ -71,8 +80,8 @@ def one_by_one(factor: Factor, signals: Mapping[str, Array]) -> Array:
         return np.ones_like(next(iter(signals.values())))
     if factor.kind == "value":
         return signals[factor.of]
-    if factor.kind == "sign":
-        return np.asarray(np.tanh(signals[factor.of] / factor.width))
+    if factor.kind in BY_WIDTH:
+        return BY_WIDTH[factor.kind](signals[factor.of], factor.width)
     if factor.kind.startswith("down"):
         return _down(factor.kind, signals["roll"], signals["pitch"])
     return SIMPLE[factor.kind](signals[factor.of])

@@ -118,10 +118,14 @@ def fit(
         now = float(counts @ state.cost) + 0.5 * float(point**2 @ inverse_prior)
         gain = 0.0
         for _ in range(6):
-            step = _bounded(normal + damping * np.diag(np.diag(normal) + 1e-9), slope, (low - point) / units, (high - point) / units)
+            step = _bounded(
+                normal + damping * np.diag(np.diag(normal) + 1e-9), slope, (low - point) / units, (high - point) / units
+            )
             moved = np.where(logarithms, np.clip(step * units, -0.7, 0.7), step * units)
             new = np.clip(point + moved, low, high)
-            behind = begin - np.einsum("awp,p->aw", state.by_theta, step) + state.own if problem.starts_fitted else begin
+            behind = (
+                begin - np.einsum("awp,p->aw", state.by_theta, step) + state.own if problem.starts_fitted else begin
+            )
             left = windows.measured - predict(structure, new[:, None], windows, behind[:, None])[:, 0]
             after = float(counts @ costs_of(left, scale, problem, behind)) + 0.5 * float(new**2 @ inverse_prior)
             if after < now:

@@ -46,7 +46,9 @@ def structure_of(
     runs: Sequence[Series], axes: Sequence[str], channels: Sequence[str] = (), given: Mapping[str, float] | None = None
 ) -> Structure:
     """The plain structure of some axes: own damping, restoring, C(M) for several; `given` are declared inertias."""
-    driven = tuple(axis for axis in axes if all(effort_of(axis) in run for run in runs) and np.any(values(runs, effort_of(axis))))
+    driven = tuple(
+        axis for axis in axes if all(effort_of(axis) in run for run in runs) and np.any(values(runs, effort_of(axis)))
+    )
     recorded = [name for name in ANGLES if all(name in run for run in runs)]
     rows = tuple(row for axis in axes for row in catalogue.damping(axis))
     rows += catalogue.restoring(axes, recorded)
@@ -59,7 +61,7 @@ def structure_of(
     )  # fmt: skip
 
 
-def plain_fit(structure: Structure, runs: Sequence[Series], predictor: bool = False) -> Fit:
+def plain_fit(structure: Structure, runs: Sequence[Series], predictor: int = 0) -> Fit:
     """The plain model; step and horizon follow its time constants, and efforts take the way that fits best."""
     sample = min(period(runs, axis) for axis in structure.axes)
     theta = start(structure, runs)
@@ -88,6 +90,25 @@ def plain_fit(structure: Structure, runs: Sequence[Series], predictor: bool = Fa
     return found
 
 
+def as_predictor(plain: Fit, runs: Sequence[Series], blur: bool = True) -> Fit:
+    """The plain model corrected by each sample; a measured effort's noise is averaged away where that predicts better."""
+    windows = plain.problem.windows
+    sample = min(period(runs, axis) for axis in plain.structure.axes)
+    fast = float(time_constants(plain.structure, dict(plain.theta), runs, 0.95).min())
+    scale = min(motion_scale(runs, axis) for axis in plain.structure.axes)
+    structure = replace(plain.structure, predictor=True)
+    problem = Problem(cut(runs, structure, step_of(sample, 0.25 * min(fast, scale)), windows.step * windows.steps))
+    gains = {f"gain:{axis}": 0.2 for axis in structure.axes}
+    best = fit(structure, {**plain.theta, **gains}, problem)
+    for axis in structure.driven if blur else ():
+        more = structure.plus(stages=[("blur", axis)])
+        width = float(np.log(3.0 * period(runs, effort_of(axis))))
+        other = fit(more, {**best.theta, f"blur:{axis}": width}, problem, best.starts)
+        if other.value < best.value - 10.0:
+            best = other
+    return best
+
+
 def motion_scale(runs: Sequence[Series], name: str) -> float:
     """The lag at which a stream's autocorrelation falls below a half [s]."""
     found = []
@@ -111,37 +132,67 @@ def step_of(sample: float, constant: float) -> float:
     return float(sample / min(np.ceil(sample / wanted - 1e-9), 8.0))
 
 
-def pool(structure: Structure, runs: Sequence[Series]) -> list[Row]:
-    """The rows that a structure may lack, on each of its axes."""
+def pool(structure: Structure, runs: Sequence[Series], instants: int = 20) -> dict[str, tuple[Row, ...]]:
+    """The effects that a structure may lack on each of its axes, by name the rows of each.
+
+    Args:
+        instants: at which a step is looked for, evenly over the recordings.
+    """
     names = set.intersection(*(set(run) for run in runs))
     velocities = catalogue.recorded_velocities(tuple(names))
-    found: list[Row] = []
+    single = len(structure.axes) == 1
+    rows: list[Row] = []
+    found: dict[str, tuple[Row, ...]] = {}
     for axis in structure.axes:
         driven = axis in structure.driven
         fast = float(np.quantile(np.abs(values(runs, axis)), 0.99))
-        found += catalogue.own(axis, fast, driven)
+        rows += catalogue.own(axis, fast, driven)
         others = [name for name in velocities if name != axis]
-        found += catalogue.with_others(axis, others, driven)
-        if len(structure.axes) > 1:
-            found += catalogue.efforts_of_others(axis, structure.driven)
-    return found
+        rows += catalogue.with_others(axis, others, driven)
+        if not single:
+            rows += catalogue.efforts_of_others(axis, structure.driven)
+            continue
+        if axis == "yaw_rate" and "heading" in structure.channels:
+            found |= catalogue.turned(axis)
+        if "time" in structure.channels:
+            span = values(runs, "time")
+            at = np.linspace(span.min(), span.max(), instants + 2)[1:-1]
+            found |= catalogue.of_time(axis, at.tolist(), driven)
+        for name in structure.channels:
+            if name not in (*VELOCITIES, *ANGLES, "time"):
+                rows += catalogue.of_channel(axis, name, driven)
+        scale = motion_scale(runs, axis)
+        rows.append(catalogue.memory(axis, (scale, 6.0 * scale)))
+    return {row.key: (row,) for row in rows if mirrored(row)} | found
 
 
-def identify(runs: Sequence[Series], axes: Sequence[str], given: Mapping[str, float] | None = None, log=None, most: int = 6) -> Identification:
+def identify(
+    runs: Sequence[Series],
+    axes: Sequence[str],
+    given: Mapping[str, float] | None = None,
+    channels: Sequence[str] = (),
+    log=None,
+    most: int = 6,
+) -> Identification:
     """The plain model of some axes, and the one with what it lacks."""
     names = set.intersection(*(set(run) for run in runs))
-    others = tuple(name for name in VELOCITIES if name in names and name not in axes)
+    others = tuple(name for name in VELOCITIES if name in names and name not in axes) + tuple(channels)
     structure = structure_of(runs, axes, others, given)
     plain = plain_fit(structure, runs)
     windows = plain.problem.windows
-    if log: log(f"   plain: step {windows.step:.3g} horizon {windows.steps * windows.step:.3g} s, {windows.first.size} windows, {plain.structure.ways} value {plain.value:.0f}")
+    if log:
+        log(
+            f"   plain: step {windows.step:.3g} horizon {windows.steps * windows.step:.3g} s, {windows.first.size} windows, {plain.structure.ways} value {plain.value:.0f}"
+        )
     found = plain
     if len(axes) > 1:
         plain, found = choose_coriolis(plain, runs, log)
-    rows = pool(plain.structure, runs)
-    if len(axes) > 1:
-        rows = [row for row in rows if mirrored(row)]
-    more = search(found, rows, most=most, log=log)
+    check = as_predictor(found, runs)
+    if log:
+        log(
+            f"   predictor: step {check.problem.windows.step:.3g} { ({n: round(v, 3) for n, v in check.theta.items()}) } value {check.value:.0f}"
+        )
+    more = search(found, check, pool(plain.structure, runs), most=most, log=log)
     return Identification(plain, more)
 
 
@@ -153,14 +204,25 @@ def choose_coriolis(plain: Fit, runs: Sequence[Series], log=None) -> tuple[Fit, 
     free = replace(plain.structure, tied=False).plus(rows=free_products(plain.structure.axes))
     theta = {**start(free, runs), **{name: value for name, value in plain.theta.items() if name.startswith("shift")}}
     rival = fit(free, theta, plain.problem, plain.starts)
-    again = fit(plain.structure, {name: rival.theta.get(name, value) for name, value in plain.theta.items()}, plain.problem, rival.starts)
+    again = fit(
+        plain.structure,
+        {name: rival.theta.get(name, value) for name, value in plain.theta.items()},
+        plain.problem,
+        rival.starts,
+    )
     plain = min(plain, again, key=lambda each: each.value)  # no local minimum decides
     best = plain
     base = left_out(plain, exact=True)
     without = replace(plain.structure, tied=False)
-    for label, other in (("free products", rival), ("no C(ν)", fit(without, start(without, runs), plain.problem, plain.starts))):
+    for label, other in (
+        ("free products", rival),
+        ("no C(ν)", fit(without, start(without, runs), plain.problem, plain.starts)),
+    ):
         reached = gain_of(base - left_out(other, exact=True), plain.problem.windows)
-        if log: log(f"   {label} for C(M): gain {reached.total:.0f} dev {reached.deviations:.1f} agree {reached.agreeing:.2f}")
+        if log:
+            log(
+                f"   {label} for C(M): gain {reached.total:.0f} dev {reached.deviations:.1f} agree {reached.agreeing:.2f}"
+            )
         if reached.deviations >= CLEAR_DEVIATIONS and reached.agreeing >= CLEAR_SHARE and other.value < best.value:
             best = other
     return plain, best

@@ -32,15 +32,21 @@ class Interval:
     moved: float = 0.0
 
 
-def deviations(found: Fit) -> Array:
-    """(p,) of the parameters, in θ's own units: over blocks of windows, and no narrower than independent errors give."""
+def covariance(found: Fit) -> Array:
+    """(p, p) of the parameters, in θ's own units: over blocks of windows, no narrower than independent errors give."""
     whole = found.normal.sum(axis=0) + np.diag(found.prior)
     inverse = np.linalg.pinv(whole, rcond=1e-12)
     block = blocks(found.problem.windows)
     by_block = np.stack([np.bincount(block, found.gradient[:, j]) for j in range(found.gradient.shape[1])], axis=1)
     n = by_block.shape[0]
     spread = inverse @ (by_block.T @ by_block * n / max(n - inverse.shape[0], 1)) @ inverse
-    return np.asarray(np.sqrt(np.maximum(np.diag(spread), np.diag(inverse))) * found.units)
+    wider = np.sqrt(np.maximum(np.diag(inverse) / np.maximum(np.diag(spread), 1e-300), 1.0))
+    return np.asarray(spread * np.outer(wider * found.units, wider * found.units))
+
+
+def deviations(found: Fit) -> Array:
+    """(p,) of the parameters, in θ's own units."""
+    return np.asarray(np.sqrt(np.diag(covariance(found))))
 
 
 def halved(found: Fit) -> Fit:

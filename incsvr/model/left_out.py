@@ -77,7 +77,9 @@ def left_out(found: Fit, exact: bool = False) -> Array:
         step = -np.linalg.lstsq(rest, found.gradient[own].sum(axis=0), rcond=1e-10)[0]
         step = np.clip(step, (low - point) / found.units, (high - point) / found.units)
         columns.append(point + step * found.units)
-        begins.append(found.starts - np.einsum("awp,p->aw", found.by_theta, step) if problem.starts_fitted else found.starts)
+        begins.append(
+            found.starts - np.einsum("awp,p->aw", found.by_theta, step) if problem.starts_fitted else found.starts
+        )
     told = predict(found.structure, np.stack(columns, axis=1), windows, np.stack(begins, axis=1))
     for j, k in enumerate(each):
         own = fold == k

@@ -22,10 +22,11 @@ class Factor:
 
     Attributes:
         kind: one (1), value (x), size (|x|), square (x²), root (√|x|), sign (tanh(x / width)), sine, cosine, sine2 and
-            cosine2 (of the double angle), or a part of the downward direction in the body's frame: down_x, down_y, down_z,
+            cosine2 (of the double angle), drag (x |x|), after (0 before the instant `width`, 1 from it on), wave_sine and
+            wave_cosine (of 2π x / width), or a part of the downward direction in the body's frame: down_x, down_y, down_z,
             from roll and pitch (Fossen 2011, Eq. 2.18).
         of: the signal's name: a velocity, an effort that acts, a channel, an angle, or a row's memory.
-        width: of a sign [unit of the signal].
+        width: of a sign, the instant of a step, or the period of a wave [unit of the signal].
     """
 
     kind: str
@@ -118,7 +119,7 @@ def own(rate: str, fast: float, driven: bool) -> tuple[Row, ...]:
     sign = Factor("sign", rate, 0.03 * fast)  # friction turns its sign within it; no log resolves less
     found = [
         row("bias_torque", rate, ONE),
-        row("cubic", rate, Factor("square", rate), value(rate), drag=True),
+        row("cubic", rate, Factor("square", rate), value(rate), low=0.0, drag=True),
         row("coulomb", rate, sign, low=0.0, drag=True),
         row("coulomb_asymmetry", rate, sign, sign),
     ]
@@ -132,12 +133,44 @@ def memory(rate: str, lags: Sequence[float]) -> Row:
     return Row("memory", (Part(rate, value(f"~memory@{rate}")),), follows=rate, lags=tuple(lags))
 
 
-def turned(rate: str) -> tuple[Row, ...]:
-    """Moments that depend on the heading; a current's are two rows."""
-    kinds = {"sin": "sine", "cos": "cosine", "sin2": "sine2", "cos2": "cosine2"}
-    return (
-        row("tether", rate, value("heading")),
-        *(row(f"heading_current:{name}", rate, Factor(kind, "heading")) for name, kind in kinds.items()),
+def turned(rate: str) -> dict[str, tuple[Row, ...]]:
+    """Moments that depend on the heading, by effect."""
+    kinds = {"heading_current": ("sine", "cosine"), "heading_current:2": ("sine2", "cosine2")}
+    found = {
+        name: tuple(row(f"{name}:{kind}", rate, Factor(kind, "heading")) for kind in pair)
+        for name, pair in kinds.items()
+    }
+    return found | {"tether": (row("tether", rate, value("heading")), row("bias_torque", rate, ONE))}
+
+
+def of_time(rate: str, instants: Sequence[float], driven: bool) -> dict[str, tuple[Row, ...]]:
+    """What changes while it is recorded, by effect; a step's name has its instant.
+
+    Args:
+        instants: at which something may change at once, in the time of the channel `time` [s].
+    """
+    found = {
+        "bias_drift": (row("bias_drift", rate, value("time")), row("bias_torque", rate, ONE)),
+        "drag_drift": (row("drag_drift", rate, value("time"), Factor("drag", rate), drag=True),),
+    }
+    if driven:
+        found["thrust_drift"] = (row("thrust_drift", rate, value("time"), value(effort_of(rate))),)
+    for instant in instants:
+        after = Factor("after", "time", instant)
+        found[f"drag_step:{instant:.4g}"] = (
+            row(f"drag_step:{instant:.4g}", rate, after, Factor("drag", rate), drag=True),
+        )
+        if driven:
+            found[f"thrust_step:{instant:.4g}"] = (
+                row(f"thrust_step:{instant:.4g}", rate, after, value(effort_of(rate))),
+            )
+    return found
+
+
+def wave(rate: str, period: float) -> tuple[Row, ...]:
+    """A periodic moment."""
+    return tuple(
+        row(f"wave:{period:.4g}:{kind}", rate, Factor(f"wave_{kind}", "time", period)) for kind in ("sine", "cosine")
     )
 
 
@@ -166,7 +199,10 @@ def with_others(rate: str, others: Sequence[str], driven: bool) -> tuple[Row, ..
 
 def of_channel(rate: str, name: str, driven: bool) -> tuple[Row, ...]:
     """What a channel that is no velocity may do: a moment that follows it, damping or thrust that it scales."""
-    found = [row(f"coupling:{name}", rate, value(name)), row(f"modulation:{name}", rate, value(name), value(rate), drag=True)]
+    found = [
+        row(f"coupling:{name}", rate, value(name)),
+        row(f"modulation:{name}", rate, value(name), Factor("drag", rate), drag=True),
+    ]
     if driven:
         found.append(row(f"modulation:{name}:thrust", rate, value(name), value(effort_of(rate))))
     return tuple(found)
@@ -211,7 +247,13 @@ def restoring(axes: Sequence[str], recorded: Sequence[str]) -> tuple[Row, ...]:
 def coupled_masses(axes: Sequence[str]) -> tuple[tuple[str, str], ...]:
     """Pairs of axes between which M may have an entry in a hull whose port mirrors its starboard (Fossen 2011, Eq. 7.22),
     those that a centre of gravity off the origin makes."""
-    pairs = (("sway", "yaw_rate"), ("surge", "pitch_rate"), ("heave", "pitch_rate"), ("sway", "roll_rate"), ("roll_rate", "yaw_rate"))
+    pairs = (
+        ("sway", "yaw_rate"),
+        ("surge", "pitch_rate"),
+        ("heave", "pitch_rate"),
+        ("sway", "roll_rate"),
+        ("roll_rate", "yaw_rate"),
+    )
     return tuple(pair for pair in pairs if set(pair) <= set(axes))
 
 
@@ -221,7 +263,17 @@ def mirrored(row: Row) -> bool:
     names = [name.strip("|") for name in of.split("*")] if of else []
     odd = sum(name in LATERAL for name in names) % 2 == 1
     lateral = row.axis in LATERAL
-    if kind in ("cross_flow", "thrust_speed", "cubic", "coulomb", "inflow", "linear", "quadratic", "memory"):
+    if kind in (
+        "cross_flow",
+        "thrust_speed",
+        "cubic",
+        "coulomb",
+        "inflow",
+        "linear",
+        "quadratic",
+        "memory",
+        "bias_torque",
+    ) or not set(names) & set(VELOCITIES):
         return True
     if kind in ("coriolis", "coupling", "effort"):
         return odd == lateral

@@ -6,8 +6,6 @@ step by what a sensor said in it: a Kalman filter of fixed gain (L. Ljung, Syste
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from incsvr.model.efforts import Stage
@@ -197,7 +195,11 @@ class Motion:
         sine, cosine, pitch = np.sin(of("roll")), np.cos(of("roll")), of("pitch")
         along = q * sine + r * cosine
         upright = np.where(np.abs(np.cos(pitch)) < 0.05, 0.05, np.cos(pitch))  # beyond 87° Euler angles have no rates
-        found = {"roll": p + along * np.sin(pitch) / upright, "pitch": q * cosine - r * sine, "heading": along / upright}
+        found = {
+            "roll": p + along * np.sin(pitch) / upright,
+            "pitch": q * cosine - r * sine,
+            "heading": along / upright,
+        }
         for j, angle in enumerate(self._angles):
             out[:, len(self._structure.axes) + j] = found[angle]
 

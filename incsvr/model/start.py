@@ -21,7 +21,7 @@ def start(structure: Structure, runs: Sequence[Series], extra: Structure | None 
         extra: a structure whose rows are fitted along, because they would else bend the others; not part of θ unless they
             are rows of the first as well.
     """
-    theta = {name: 0.0 for name in structure.names}
+    theta = dict.fromkeys(structure.names, 0.0)
     before = 0.0
     for axis in structure.axes:
         rows = [row for row in (extra or structure).rows if row.axis == axis and not row.follows]
@@ -82,7 +82,9 @@ def _least_squares(
         ]
         effort = signals[structure.effort(axis)] if axis in structure.driven else np.zeros_like(t)
         whole = np.array([*columns, effort])
-        sums = np.concatenate([np.zeros((len(whole), 1)), np.cumsum(0.5 * (whole[:, 1:] + whole[:, :-1]) * np.diff(t), axis=1)], axis=1)
+        sums = np.concatenate(
+            [np.zeros((len(whole), 1)), np.cumsum(0.5 * (whole[:, 1:] + whole[:, :-1]) * np.diff(t), axis=1)], axis=1
+        )
         k = np.arange(0, t.size - span, max(1, span // 4))
         change = sums[:, k + span] - sums[:, k]
         lefts.append(np.column_stack([v[k + span] - v[k], change[:-1].T]))

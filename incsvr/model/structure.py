@@ -1,8 +1,8 @@
 """The structure of a model, and its parameters: which axes, rows and stages it has; θ is a vector by name.
 
-    mass:surge (logarithm)        mass:sway*yaw_rate         linear@surge, cross_flow:surge@yaw_rate, …
-    shift:torque [s]              lag:torque, limit:torque, dead:torque, reverse:torque, exponent:torque (logarithms)
-    time:memory@yaw_rate (logarithm)                         gain:surge: of a predictor, between 0 and 1
+mass:surge (logarithm)        mass:sway*yaw_rate         linear@surge, cross_flow:surge@yaw_rate, …
+shift:torque [s]              lag:torque, limit:torque, dead:torque, reverse:torque, exponent:torque (logarithms)
+time:memory@yaw_rate (logarithm)                         gain:surge: of a predictor, between 0 and 1
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from incsvr.numerics import Array
 
 Theta = Mapping[str, float]
 """The parameters' values by name."""
-LOGARITHMS = ("lag", "limit", "dead", "reverse", "exponent", "time")
+LOGARITHMS = ("lag", "blur", "limit", "dead", "reverse", "exponent", "time")
 """Parameters that are positive by nature: θ holds their logarithm, and so of a mass on the diagonal of M."""
-STAGES = ("exponent", "dead", "limit", "reverse", "lag")
+STAGES = ("exponent", "dead", "limit", "reverse", "lag", "blur")
 """Stages of an effort, in the order in which it passes them."""
 
 

@@ -121,9 +121,13 @@ class Windows:
 
 
 def cut(
-    runs: Sequence[Series], structure: Structure, step: float, horizon: float, sensor_noise: Array | None = None
+    runs: Sequence[Series], structure: Structure, step: float, horizon: float, every_sample: bool = False
 ) -> Windows:
-    """Cuts recordings into windows of a horizon [s]; an infinite one keeps each recording whole."""
+    """Cuts recordings into windows of a horizon [s]; an infinite one keeps each recording whole.
+
+    Args:
+        every_sample: whether several samples of a sensor within a step stay apart; else their mean is one.
+    """
     grids, windows, samples, first_edge = list[Grid](), list[tuple[int, int, int]](), list[Array](), 0
     for which, run in enumerate(runs):
         used = [run[name] for name in (*structure.axes, *structure.channels)]
@@ -136,7 +140,7 @@ def cut(
             place[k // length] = len(windows)
             windows.append((first_edge + k, min(length, steps - k), which))
         for i, axis in enumerate(structure.axes):
-            samples.append(_samples(run[axis], begin, step, steps, length, place, i))
+            samples.append(_samples(run[axis], begin, step, steps, length, place, i, every_sample))
         grids.append(Grid(begin, steps, first_edge))
         first_edge += steps + 1
     rows = np.concatenate(samples)
@@ -154,18 +158,25 @@ def cut(
         runs, structure.axes, step, tuple(grids), first, count, run_of,
         rows[:, 0].astype(np.intp), rows[:, 1].astype(np.intp), rows[:, 2].astype(np.intp), rows[:, 3], rows[:, 4],
         np.stack([on_edges[axis][first] for axis in structure.axes]),
-        np.array(usual if sensor_noise is None else sensor_noise),
+        np.array(usual),
         {name: on_edges[name] for name in structure.channels}, {name: on_edges[name] for name in structure.axes},
     )  # fmt: skip
 
 
 def _samples(
-    stream: tuple[Array, Array], begin: float, step: float, steps: int, length: int, place: Indices, axis: int
+    stream: tuple[Array, Array],
+    begin: float,
+    step: float,
+    steps: int,
+    length: int,
+    place: Indices,
+    axis: int,
+    every_sample: bool,
 ) -> Array:
     """(n, 5) of a sensor's samples: axis, window, step of the window, place within the step, value."""
     t, v = stream
     at = (t - begin) / step
-    if np.median(np.diff(at)) < 0.75:  # several samples a step: their mean at their mean stamp
+    if np.median(np.diff(at)) < 0.75 and not every_sample:  # several samples a step: their mean at their mean stamp
         bin_ = np.round(at).astype(int)
         bin_ -= bin_[0]
         number = np.bincount(bin_)
