@@ -43,6 +43,7 @@ ROOMS = (
     "errors",
     "numerics",
     "plant",
+    "model",
     "signals",
     "checks",
     "learning",

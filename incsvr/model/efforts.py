@@ -1,6 +1,6 @@
 """What an actuator applies in each step of a simulation: exact means of the effort's own samples.
 
-Between its samples an effort is held as a command is, runs on lines, or is a smooth curve; its integral is exact for each.
+Between its samples an effort is constant as a command is, runs on lines, or is a smooth curve; its integral is exact.
 Static stages act on the samples, a shift in time on the curve, a lag on the steps' means.
 """
 
@@ -22,14 +22,14 @@ WAYS = ("linear", "hold", "smooth")
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """What the actuators make of a demanded effort, before it acts; each number leaves the effort as it is where None.
+    """What the actuators make of a demanded effort, before it acts; a number that is None changes nothing.
 
     Attributes:
-        exponent: τ → τ₀ (τ/τ₀)ᵖ, τ₀ being `top`, the effort at which the curve is told.
-        dead: half width of the zone in which nothing comes [effort].
-        limit: the largest effort that comes [effort].
-        reverse: what comes of a negative effort, in what comes of the same positive one.
-        shift: by so much later it acts [s].
+        exponent: τ → τ₀ (τ/τ₀)ᵖ, τ₀ being `top`, the effort at which the curve gives what is demanded.
+        dead: half width of the dead band [effort].
+        limit: saturation: the largest effort that acts [effort].
+        reverse: thrust astern as a share of the thrust ahead at the same demand.
+        shift: dead time [s]; negative where the effort's stamps are late.
         lag: time constant of the actuators [s].
         blur: width over which the samples are averaged [s], because a measured effort has noise that never acts.
     """
@@ -84,18 +84,9 @@ def lagged(value: Array, share: float) -> Array:
 
 
 def _integral(t: Array, u: Array, way: str) -> Callable[[Array], Array]:
-    """The integral of the effort from its first stamp on; beyond its ends it keeps the last value."""
-    if way == "smooth" and t.size > 3:
-        inner = PchipInterpolator(t, u).antiderivative()
-    else:
-        rise = np.diff(u) / np.diff(t) if way != "hold" else np.zeros(t.size - 1)
-        parts = (u[:-1] + 0.5 * rise * np.diff(t)) * np.diff(t)
-        sums = np.concatenate(([0.0], np.cumsum(parts)))
-
-        def inner(at: Array) -> Array:
-            k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 2)
-            after = at - t[k]
-            return np.asarray(sums[k] + (u[k] + 0.5 * rise[k] * after) * after)
+    """The integral of the effort from its first stamp on; before its first and after its last sample it is constant."""
+    smooth = way == "smooth" and t.size > 3
+    inner: Callable[[Array], Array] = PchipInterpolator(t, u).antiderivative() if smooth else _pieces(t, u, way)
 
     def whole(at: Array) -> Array:
         inside = np.clip(at, t[0], t[-1])
@@ -103,3 +94,17 @@ def _integral(t: Array, u: Array, way: str) -> Callable[[Array], Array]:
         return np.asarray(inner(inside) + beyond * np.where(at < t[0], u[0], u[-1]))
 
     return whole
+
+
+def _pieces(t: Array, u: Array, way: str) -> Callable[[Array], Array]:
+    """The integral of an effort that is constant or a line between its samples."""
+    rise = np.diff(u) / np.diff(t) if way != "hold" else np.zeros(t.size - 1)
+    parts = (u[:-1] + 0.5 * rise * np.diff(t)) * np.diff(t)
+    sums = np.concatenate(([0.0], np.cumsum(parts)))
+
+    def inner(at: Array) -> Array:
+        k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 2)
+        after = at - t[k]
+        return np.asarray(sums[k] + (u[k] + 0.5 * rise[k] * after) * after)
+
+    return inner

@@ -1,4 +1,4 @@
-"""Errors of a model on recordings: free runs, and the rivals that need no model."""
+"""Errors of a model on recordings beside those of rivals that need no model."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ import numpy as np
 from incsvr.model.series import Series
 from incsvr.model.simulation import predict
 from incsvr.model.structure import Structure
-from incsvr.model.windows import cut
+from incsvr.model.windows import Indices, cut
 from incsvr.numerics import Array
 
 
 def residuals(
     structure: Structure, theta: Mapping[str, float], runs: Sequence[Series], step: float, horizon: float
-) -> tuple[Array, Array, Array, Array]:
-    """Measured values, and the errors of the model, of holding the first value, by sample; and each sample's axis.
+) -> tuple[Array, Array, Array, Indices]:
+    """(samples,) each: measured values, errors of the model, errors of the first value kept constant, and the axis.
 
     Every window of the horizon [s] begins with its first measured velocity; an infinite one is a free run of the whole.
     """
     plain = replace(structure, predictor=False)
     windows = cut(runs, plain, step, horizon)
     columns = np.array([theta[name] for name in plain.names])[:, None]
-    told = predict(plain, columns, windows, windows.starts[:, None])[:, 0]
-    held = windows.starts[windows.axis, windows.window]
-    return windows.measured, windows.measured - told, windows.measured - held, windows.axis
+    predicted = predict(plain, columns, windows, windows.starts[:, None])[:, 0]
+    constant = windows.starts[windows.axis, windows.window]
+    return windows.measured, windows.measured - predicted, windows.measured - constant, windows.axis
 
 
 def rms(
     structure: Structure, theta: Mapping[str, float], runs: Sequence[Series], step: float, horizon: float = np.inf
 ) -> dict[str, dict[str, float]]:
-    """RMS by axis of the `model`, of a velocity of `zero` and of `hold`, the first value kept."""
-    measured, error, held, axis = residuals(structure, theta, runs, step, horizon)
+    """RMS by axis [m/s], [rad/s] of the `model`, of a velocity of `zero`, and of `hold`, the first value for ever."""
+    measured, error, of_constant, axis = residuals(structure, theta, runs, step, horizon)
     found = {}
     for i, name in enumerate(structure.axes):
         own = axis == i
         found[name] = {
-            "model": _rms(np.clip(error[own], -1e3, 1e3)), "zero": _rms(measured[own]), "hold": _rms(held[own]),
+            "model": _rms(np.clip(error[own], -1e3, 1e3)), "zero": _rms(measured[own]), "hold": _rms(of_constant[own]),
         }  # fmt: skip
     return found
 

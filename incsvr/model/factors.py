@@ -17,17 +17,15 @@ SIMPLE: dict[str, Callable[[Array], Array]] = {
 BY_WIDTH: dict[str, Callable[[Array, float], Array]] = {
     "sign": lambda x, width: np.tanh(x / width),
     "after": lambda x, width: (x >= width).astype(np.float64),
-    "wave_sine": lambda x, width: np.sin(2.0 * np.pi * x / width),
-    "wave_cosine": lambda x, width: np.cos(2.0 * np.pi * x / width),
 }
-"""Kinds of factors that have a number of their own."""
+"""Kinds of factors that depend on their width besides."""
 
 
 class Factors:
     """The factors of some rows in one array: 1, all signals as they are, then functions of signals.
 
     Args:
-        factors: that are asked for.
+        factors: to be evaluated.
         signals: names of all signals, in their order.
     """
 
@@ -37,7 +35,7 @@ class Factors:
         self.place: dict[Factor, int] = {Factor("one"): 0}
         self.place |= {Factor("value", name): k + 1 for name, k in place.items()}
         self._simple: list[tuple[Callable[[Array], Array], Array, slice]] = []
-        self._signs: list[tuple[Callable[[Array, float], Array], int, float, int]] = []
+        self._by_width: list[tuple[Callable[[Array, float], Array], int, float, int]] = []
         self._down: list[tuple[str, int]] = []
         count = len(signals) + 1
         for kind, function in SIMPLE.items():
@@ -50,7 +48,7 @@ class Factors:
                 count += len(own)
         for each in dict.fromkeys(factors):
             if each.kind in BY_WIDTH:
-                self._signs.append((BY_WIDTH[each.kind], place[each.of], each.width, count))
+                self._by_width.append((BY_WIDTH[each.kind], place[each.of], each.width, count))
             elif each.kind.startswith("down"):
                 self._down.append((each.kind, count))
             else:
@@ -63,19 +61,19 @@ class Factors:
     def __call__(self, signals: Array, out: Array) -> Array:
         """(…, factors, windows) from (…, signals, windows), written to `out`, whose first factor is 1 already."""
         out[..., 1 : self._signals + 1, :] = signals
-        for function, which, to in self._simple:
-            out[..., to, :] = function(signals[..., which, :])
-        for with_width, which, width, to in self._signs:
-            out[..., to, :] = with_width(signals[..., which, :], width)
+        for function, of, several in self._simple:
+            out[..., several, :] = function(signals[..., of, :])
+        for by_width, which, width, to in self._by_width:
+            out[..., to, :] = by_width(signals[..., which, :], width)
         if self._down:
-            roll, pitch = (signals[..., which, :] for which in self._angles)
+            roll, pitch = (signals[..., place, :] for place in self._angles)
             for kind, to in self._down:
                 out[..., to, :] = _down(kind, roll, pitch)
         return out
 
 
 def one_by_one(factor: Factor, signals: Mapping[str, Array]) -> Array:
-    """A factor of signals by name."""
+    """One factor of signals by name, in the shape of the signals."""
     if factor.kind == "one":
         return np.ones_like(next(iter(signals.values())))
     if factor.kind == "value":
@@ -88,6 +86,7 @@ def one_by_one(factor: Factor, signals: Mapping[str, Array]) -> Array:
 
 
 def _down(kind: str, roll: Array, pitch: Array) -> Array:
+    """A part of the downward direction in the body's frame (Fossen 2011, Eq. 2.18)."""
     if kind == "down_x":
         return np.asarray(-np.sin(pitch))
     return np.asarray(np.cos(pitch) * (np.sin(roll) if kind == "down_y" else np.cos(roll)))

@@ -1,40 +1,40 @@
 """The one fit: Gauss–Newton under Student's t over all windows, whose starts are fitted with the parameters.
 
-A window's start is a measurement with the sensor's noise, never smoothed; it is eliminated window by window, so that each
-window's share of the normal equations is at hand for leaving it out.
+A window's start is a measurement with the sensor's noise, never smoothed. It is eliminated window by window, so that
+each window's share of the normal equations can be subtracted when the window is excluded.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from incsvr.model.efforts import Stage
 from incsvr.model.factors import one_by_one
+from incsvr.model.series import effort_of
 from incsvr.model.simulation import predict
 from incsvr.model.structure import Structure, Theta, is_logarithm
 from incsvr.model.windows import Windows
 from incsvr.numerics import Array
 
 DEGREES = 6.0
-"""Of freedom of Student's t: outliers of a gyro or a log weigh little, and errors that are normal lose 5 % of their weight."""
+"""Degrees of freedom of Student's t: outliers of a gyro or a log weigh little; normal errors lose 5 % of weight."""
 PARTS_OF_UNIT = 1e-3
-"""Of a parameter's unit by which it is moved for a slope."""
+"""Share of its unit by which a parameter is moved for a slope."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What is fitted to: windows, which of them count, and whether each one's start is fitted or as it was measured."""
+    """Windows that a structure is fitted to, and (windows,) the weight of each, 1 or 0; None where all count."""
 
     windows: Windows
     counts: Array | None = None
-    starts_fitted: bool = True
 
     def without(self, windows: Array) -> Problem:
-        """The same, with windows (a mask) that do not move θ."""
-        return Problem(self.windows, np.where(windows, 0.0, 1.0), self.starts_fitted)
+        """The problem in which some windows (a mask) do not move θ."""
+        return Problem(self.windows, np.where(windows, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Fit:
         units: (p,) of the parameters.
         error: (samples,) measured less predicted.
         prior: (p,) the priors' share of the normal equations, by units.
-        by_theta: (axes, windows, p) what a step of θ, by units, takes from each window's start, which is fitted anew.
+        by_theta: (axes, windows, p) by how much a step of θ, by units, lowers each window's fitted start.
     """
 
     structure: Structure
@@ -70,17 +70,17 @@ class Fit:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the parameters, in the order of the normal equations."""
+        """Names of the parameters, in the order of the normal equations."""
         return self.structure.names
 
     @property
     def value(self) -> float:
-        """The cost with the priors'."""
+        """The cost of all windows and of the priors."""
         return float(self.cost.sum()) + prior_cost(self.structure, self.theta)
 
 
 def prior_cost(structure: Structure, theta: Theta) -> float:
-    """Of the parameters that have a prior."""
+    """The cost of parameters that have a prior."""
     return float(sum(0.5 * (theta[name] / structure.prior(name)) ** 2 for name in structure.names))
 
 
@@ -90,12 +90,12 @@ def fit(
     problem: Problem,
     starts: Array | None = None,
     rounds: int = 12,  # nearly all fits end by themselves before
-    tolerance: float = 1e-3,  # of the cost a unit of which is a factor e of likelihood
+    tolerance: float = 1e-3,  # of the cost, one unit of which is a factor e of likelihood
 ) -> Fit:
     """Fits a structure from a θ.
 
     Args:
-        theta: where it begins; parameters that the structure does not have are left out.
+        theta: where it begins; parameters that the structure does not have are ignored.
         starts: (axes, windows) where the windows' starts begin; None for the measured ones.
     """
     windows, names = problem.windows, structure.names
@@ -123,14 +123,12 @@ def fit(
             )
             moved = np.where(logarithms, np.clip(step * units, -0.7, 0.7), step * units)
             new = np.clip(point + moved, low, high)
-            behind = (
-                begin - np.einsum("awp,p->aw", state.by_theta, step) + state.own if problem.starts_fitted else begin
-            )
-            left = windows.measured - predict(structure, new[:, None], windows, behind[:, None])[:, 0]
-            after = float(counts @ costs_of(left, scale, problem, behind)) + 0.5 * float(new**2 @ inverse_prior)
+            behind = begin - np.einsum("awp,p->aw", state.by_theta, step) + state.own
+            rest = windows.measured - predict(structure, new[:, None], windows, behind[:, None])[:, 0]
+            after = float(counts @ costs_of(rest, scale, problem, behind)) + 0.5 * float(new**2 @ inverse_prior)
             if after < now:
                 gain = now - after
-                point, begin, scale, damping = new, behind, scales(left, windows, scale), max(0.1 * damping, 1e-8)
+                point, begin, scale, damping = new, behind, scales(rest, windows, scale), max(0.1 * damping, 1e-8)
                 break
             damping *= 10.0
         if gain == 0.0:
@@ -147,84 +145,87 @@ def fit(
 
 @dataclass(frozen=True)
 class Slopes:
+    """Costs and normal equations at a point.
+
+    Attributes:
+        cost, normal, gradient, error, by_theta: as in `Fit`.
+        own: (axes, windows) the step of each window's start at this θ.
+    """
+
     cost: Array
     normal: Array
     gradient: Array
     error: Array
-    by_theta: Array = field(default_factory=lambda: np.empty(0))
-    own: Array = field(default_factory=lambda: np.empty(0))
+    by_theta: Array
+    own: Array
 
 
 def slopes_of(structure: Structure, point: Array, problem: Problem, begin: Array, scale: Array, units: Array) -> Slopes:
     """Costs and normal equations of every window at a point, by differences of all parameters side by side."""
     windows, p = problem.windows, point.size
     axes, count = begin.shape
-    free = axes if problem.starts_fitted else 0
-    columns = np.tile(point[:, None], (1, p + free + 1))
+    columns = np.tile(point[:, None], (1, p + axes + 1))
     columns[np.arange(p), np.arange(p)] += PARTS_OF_UNIT * units
-    starts = np.repeat(begin[:, None], p + free + 1, axis=1)
+    starts = np.repeat(begin[:, None], p + axes + 1, axis=1)
     nudge = PARTS_OF_UNIT * np.maximum(scale, windows.noise)
-    for i in range(free):
+    for i in range(axes):
         starts[i, p + i] += nudge[i]
-    told = predict(structure, columns, windows, starts)
-    error = windows.measured - told[:, -1]
-    slopes = (told[:, :p] - told[:, -1:]) / PARTS_OF_UNIT
-    by_start = (told[:, p : p + free] - told[:, -1:]) / nudge[:free]
+    predicted = predict(structure, columns, windows, starts)
+    error = windows.measured - predicted[:, -1]
+    slopes = (predicted[:, :p] - predicted[:, -1:]) / PARTS_OF_UNIT
+    by_start = (predicted[:, p : p + axes] - predicted[:, -1:]) / nudge
     of_sample = scale[windows.axis]
     weight = (DEGREES + 1.0) / (DEGREES + (error / of_sample) ** 2) / of_sample**2
     normal, gradient = np.empty((count, p, p)), np.empty((count, p))
-    by_theta, own = np.zeros((free, count, p)), np.zeros((free, count))
-    sensor = np.minimum(windows.noise, scale)  # the errors hold the sensor's noise, and more
+    by_theta, own = np.empty((axes, count, p)), np.empty((axes, count))
+    sensor = np.minimum(windows.noise, scale)  # the errors contain the sensor's noise, and more
     bounds = np.searchsorted(windows.window, np.arange(count + 1))
     for w in range(count):
         part = slice(bounds[w], bounds[w + 1])
         j, e = slopes[part], error[part]
         weighted = j.T * weight[part]
         normal[w], gradient[w] = weighted @ j, weighted @ e
-        if free:
-            j0 = by_start[part]
-            weighted0 = j0.T * weight[part]
-            across = weighted @ j0
-            inner = weighted0 @ j0 + np.diag(sensor**-2.0)
-            slope = weighted0 @ e - (begin[:, w] - windows.starts[:, w]) / sensor**2
-            solved = np.linalg.solve(inner, np.column_stack([across.T, slope]))
-            normal[w] -= across @ solved[:, :-1]
-            gradient[w] -= across @ solved[:, -1]
-            by_theta[:, w], own[:, w] = solved[:, :-1], solved[:, -1]
+        j0 = by_start[part]
+        weighted0 = j0.T * weight[part]
+        across = weighted @ j0
+        inner = weighted0 @ j0 + np.diag(sensor**-2.0)
+        slope = weighted0 @ e - (begin[:, w] - windows.starts[:, w]) / sensor**2
+        solved = np.linalg.solve(inner, np.column_stack([across.T, slope]))
+        normal[w] -= across @ solved[:, :-1]
+        gradient[w] -= across @ solved[:, -1]
+        by_theta[:, w], own[:, w] = solved[:, :-1], solved[:, -1]
     return Slopes(costs_of(error, scale, problem, begin), normal, gradient, error, by_theta, own)
 
 
 def _bounded(normal: Array, slope: Array, low: Array, high: Array) -> Array:
-    """The step of the normal equations; what a bound stops stays on it, and the others are solved again."""
-    step, held = np.zeros(slope.size), np.zeros(slope.size, dtype=bool)
+    """The step of the normal equations; parameters that a bound stops are fixed there, and the others solved again."""
+    step, fixed = np.zeros(slope.size), np.zeros(slope.size, dtype=bool)
     for _ in range(4):
-        free = ~held
-        rest = slope[free] - normal[np.ix_(free, held)] @ step[held]
+        free = ~fixed
+        rest = slope[free] - normal[np.ix_(free, fixed)] @ step[fixed]
         step[free] = np.linalg.lstsq(normal[np.ix_(free, free)], rest, rcond=1e-12)[0]
         beyond = free & ((step < low - 1e-15) | (step > high + 1e-15))
         if not beyond.any():
             break
         step[beyond] = np.clip(step, low, high)[beyond]
-        held |= beyond
+        fixed |= beyond
     return np.clip(step, low, high)
 
 
 def costs_of(error: Array, scale: Array, problem: Problem, begin: Array) -> Array:
-    """(windows,) of the errors, and of the fitted starts."""
+    """(windows,) costs of the errors and of the fitted starts."""
     windows = problem.windows
     s = scale[windows.axis]
     of_sample = np.log(s) + 0.5 * (DEGREES + 1.0) * np.log1p((error / s) ** 2 / DEGREES)
     cost = np.bincount(windows.window, of_sample, windows.first.size)
-    if problem.starts_fitted:
-        sensor = np.minimum(windows.noise, scale)[:, None]
-        cost += 0.5 * np.sum(((begin - windows.starts) / sensor) ** 2, axis=0)
-    return np.asarray(cost)
+    sensor = np.minimum(windows.noise, scale)[:, None]
+    return np.asarray(cost + 0.5 * np.sum(((begin - windows.starts) / sensor) ** 2, axis=0))
 
 
 def scales(error: Array, windows: Windows, before: Array | None = None) -> Array:
     """(axes,) Student's scale of the errors by maximum likelihood, at least half of their RMS.
 
-    The floor keeps windows at rest from making outliers of those that move; of Student's t the scale is 0.8 of the RMS.
+    Without the floor, windows at rest would make outliers of those that move; Student's scale is 0.8 of the RMS.
     """
     found = []
     for i in range(len(windows.axes)):
@@ -238,7 +239,7 @@ def scales(error: Array, windows: Windows, before: Array | None = None) -> Array
 
 
 def unit(name: str, structure: Structure, theta: Mapping[str, float], windows: Windows) -> float:
-    """How far a parameter moves for a change that can be seen: a row by what makes the usual effort of its axis."""
+    """How far a parameter moves for a visible change; that of a row makes the usual effort of its axis."""
     if is_logarithm(name):
         return 1.0
     kind, _, rest = name.partition(":")
@@ -252,12 +253,12 @@ def unit(name: str, structure: Structure, theta: Mapping[str, float], windows: W
     row = next(row for row in structure.rows if row.key == name)
     axis = row.axis
     if axis in structure.driven:
-        usual = float(np.std(windows.effort(axis, structure.effort(axis), "linear", Stage())))
+        usual = float(np.std(windows.effort(axis, "linear", Stage())))
     else:
         usual = structure.inertia(theta, axis) * float(np.std(windows.velocity[axis]))
     signals = {name: each[windows.at[:-1]] for name, each in {**windows.velocity, **windows.channel}.items()}
     for each in structure.driven:
-        signals[structure.effort(each)] = windows.effort(each, structure.effort(each), "linear", Stage())
+        signals[effort_of(each)] = windows.effort(each, "linear", Stage())
     if row.follows:
         signals[f"~{row.key}"] = signals[row.follows]
     part = row.parts[0]

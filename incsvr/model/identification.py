@@ -1,8 +1,8 @@
-"""A vehicle from recordings: the plain model, C(ν), then what it lacks."""
+"""A vehicle from recordings: the plain model, C(ν), then the effects that it lacks."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.model import rows as catalogue
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
-from incsvr.model.left_out import gain_of, left_out
+from incsvr.model.left_out import gain, left_out
 from incsvr.model.rows import Row, free_products, mirrored
 from incsvr.model.search import Found, search
 from incsvr.model.series import Series, duration, effort_of, period, values
@@ -20,14 +20,6 @@ from incsvr.model.windows import ANGLES, cut
 from incsvr.numerics import Array
 from incsvr.plant.axes import VELOCITIES
 
-HORIZON_TIME_CONSTANTS = 3.0
-"""Of the slowest axis in a window: a few settling times, so that damping and inertia both show in it."""
-
-CLEAR_DEVIATIONS, CLEAR_SHARE = 3.0, 0.75
-"""By how many deviations, and in which share of the folds, something wins clearly over the hypothesis C(M)."""
-FEWEST_WINDOWS = 24.0
-"""Into which recordings are cut: with fewer neither folds nor blocks tell what an error of an estimate is."""
-
 
 @dataclass(frozen=True)
 class Identification:
@@ -35,7 +27,7 @@ class Identification:
 
     Attributes:
         plain: mass, own damping, restoring, and C(ν) of M where several axes are predicted.
-        found: with what the plain model lacks.
+        found: the model with the effects that the plain one lacks.
     """
 
     plain: Fit
@@ -61,8 +53,13 @@ def structure_of(
     )  # fmt: skip
 
 
-def plain_fit(structure: Structure, runs: Sequence[Series], predictor: int = 0) -> Fit:
-    """The plain model; step and horizon follow its time constants, and efforts take the way that fits best."""
+def plain_fit(
+    structure: Structure,
+    runs: Sequence[Series],
+    constants: float = 3.0,  # of the slowest axis in a window, so that damping and inertia both show in it
+    fewest: float = 24.0,  # windows: with fewer neither folds nor blocks show the error of an estimate
+) -> Fit:
+    """The plain model; step and horizon follow its time constants, and the efforts' way between samples fits best."""
     sample = min(period(runs, axis) for axis in structure.axes)
     theta = start(structure, runs)
     length = duration(runs, structure.axes[0])
@@ -70,7 +67,7 @@ def plain_fit(structure: Structure, runs: Sequence[Series], predictor: int = 0) 
     fast, slow = (time_constants(structure, theta, runs, quantile) for quantile in (0.95, 0.5))
     for turn in range(3):
         step = step_of(sample, min(float(fast.min()), scale))
-        horizon = min(HORIZON_TIME_CONSTANTS * float(slow.max()), length / FEWEST_WINDOWS)
+        horizon = min(constants * float(slow.max()), length / fewest)
         problem = Problem(cut(runs, structure, step, horizon))
         begin: Array | None = None
         if turn == 0:
@@ -84,14 +81,14 @@ def plain_fit(structure: Structure, runs: Sequence[Series], predictor: int = 0) 
         theta = dict(found.theta)
         fast, slow = (time_constants(structure, theta, runs, quantile) for quantile in (0.95, 0.5))
         near = 0.7 < step_of(sample, min(float(fast.min()), scale)) / step < 1.5
-        wanted = min(HORIZON_TIME_CONSTANTS * float(slow.max()), length / FEWEST_WINDOWS)
+        wanted = min(constants * float(slow.max()), length / fewest)
         if near and 0.6 < wanted / horizon < 1.7:
             break
     return found
 
 
-def as_predictor(plain: Fit, runs: Sequence[Series], blur: bool = True) -> Fit:
-    """The plain model corrected by each sample; a measured effort's noise is averaged away where that predicts better."""
+def as_predictor(plain: Fit, runs: Sequence[Series]) -> Fit:
+    """The plain model corrected by each sample; a measured effort is averaged where that predicts better."""
     windows = plain.problem.windows
     sample = min(period(runs, axis) for axis in plain.structure.axes)
     fast = float(time_constants(plain.structure, dict(plain.theta), runs, 0.95).min())
@@ -100,7 +97,7 @@ def as_predictor(plain: Fit, runs: Sequence[Series], blur: bool = True) -> Fit:
     problem = Problem(cut(runs, structure, step_of(sample, 0.25 * min(fast, scale)), windows.step * windows.steps))
     gains = {f"gain:{axis}": 0.2 for axis in structure.axes}
     best = fit(structure, {**plain.theta, **gains}, problem)
-    for axis in structure.driven if blur else ():
+    for axis in structure.driven:
         more = structure.plus(stages=[("blur", axis)])
         width = float(np.log(3.0 * period(runs, effort_of(axis))))
         other = fit(more, {**best.theta, f"blur:{axis}": width}, problem, best.starts)
@@ -124,8 +121,8 @@ def motion_scale(runs: Sequence[Series], name: str) -> float:
 
 
 def step_of(sample: float, constant: float) -> float:
-    """A whole part of the sample period [s], or a whole multiple of it, at most two fifths of the fastest time constant,
-    but no smaller than an eighth of the period: what is faster than that no log shows."""
+    """A whole part of the sample period [s], or a multiple of it: at most two fifths of the fastest time constant, and
+    at least an eighth of the period, because no log shows faster motion."""
     wanted = 0.4 * constant
     if wanted >= sample:
         return float(sample * max(1, int(wanted / sample)))
@@ -136,7 +133,7 @@ def pool(structure: Structure, runs: Sequence[Series], instants: int = 20) -> di
     """The effects that a structure may lack on each of its axes, by name the rows of each.
 
     Args:
-        instants: at which a step is looked for, evenly over the recordings.
+        instants: tried for a jump of damping or thrust, evenly over the recordings.
     """
     names = set.intersection(*(set(run) for run in runs))
     velocities = catalogue.recorded_velocities(tuple(names))
@@ -171,58 +168,62 @@ def identify(
     axes: Sequence[str],
     given: Mapping[str, float] | None = None,
     channels: Sequence[str] = (),
-    log=None,
-    most: int = 6,
+    most: int = 6,  # of a dozen vehicles none had more effects
+    *,
+    say: Callable[[str], None] = lambda _: None,
 ) -> Identification:
-    """The plain model of some axes, and the one with what it lacks."""
+    """The plain model of some axes, and the one with the effects that it lacks.
+
+    Args:
+        runs: the recordings.
+        axes: velocities that the model predicts.
+        given: declared inertias by axis [kg], [kg m²].
+        channels: other streams that may act on an axis.
+        most: effects that may be added.
+        say: takes a line for each decision.
+    """
     names = set.intersection(*(set(run) for run in runs))
     others = tuple(name for name in VELOCITIES if name in names and name not in axes) + tuple(channels)
-    structure = structure_of(runs, axes, others, given)
-    plain = plain_fit(structure, runs)
+    plain = found = plain_fit(structure_of(runs, axes, others, given), runs)
     windows = plain.problem.windows
-    if log:
-        log(
-            f"   plain: step {windows.step:.3g} horizon {windows.steps * windows.step:.3g} s, {windows.first.size} windows, {plain.structure.ways} value {plain.value:.0f}"
-        )
-    found = plain
+    say(
+        f"plain: step {windows.step:.3g} s, {windows.first.size} windows of {windows.steps * windows.step:.3g} s, "
+        f"efforts {dict(plain.structure.ways)}, cost {plain.value:.0f}"
+    )
     if len(axes) > 1:
-        plain, found = choose_coriolis(plain, runs, log)
+        plain, found = choose_coriolis(plain, runs, say=say)
     check = as_predictor(found, runs)
-    if log:
-        log(
-            f"   predictor: step {check.problem.windows.step:.3g} { ({n: round(v, 3) for n, v in check.theta.items()}) } value {check.value:.0f}"
-        )
-    more = search(found, check, pool(plain.structure, runs), most=most, log=log)
-    return Identification(plain, more)
+    say(f"predictor: step {check.problem.windows.step:.3g} s, cost {check.value:.0f}")
+    return Identification(plain, search(found, check, pool(plain.structure, runs), most, say=say))
 
 
-def choose_coriolis(plain: Fit, runs: Sequence[Series], log=None) -> tuple[Fit, Fit]:
-    """The plain model with C(ν) of M, from the best start, and the one that the recordings left out decide for.
+def choose_coriolis(
+    plain: Fit,
+    runs: Sequence[Series],
+    deviations: float = 3.0,  # by which a rival of C(M) has to win, because C(M) is the hypothesis
+    share: float = 0.75,  # of the folds in which it has to win
+    *,
+    say: Callable[[str], None] = lambda _: None,
+) -> tuple[Fit, Fit]:
+    """The plain model with C(ν) of M, from the best start, and the one that excluded recordings decide for.
 
-    C(M) is the hypothesis: products with coefficients of their own, or none, take its place only where they win clearly.
+    C(M) is the hypothesis: products with coefficients of their own, or none, replace it only where they win clearly.
     """
     free = replace(plain.structure, tied=False).plus(rows=free_products(plain.structure.axes))
     theta = {**start(free, runs), **{name: value for name, value in plain.theta.items() if name.startswith("shift")}}
     rival = fit(free, theta, plain.problem, plain.starts)
-    again = fit(
-        plain.structure,
-        {name: rival.theta.get(name, value) for name, value in plain.theta.items()},
-        plain.problem,
-        rival.starts,
-    )
-    plain = min(plain, again, key=lambda each: each.value)  # no local minimum decides
-    best = plain
+    of_rival = {name: rival.theta.get(name, value) for name, value in plain.theta.items()}
+    again = fit(plain.structure, of_rival, plain.problem, rival.starts)
+    plain = best = min(plain, again, key=lambda each: each.value)  # so that no local minimum decides
     base = left_out(plain, exact=True)
     without = replace(plain.structure, tied=False)
-    for label, other in (
-        ("free products", rival),
-        ("no C(ν)", fit(without, start(without, runs), plain.problem, plain.starts)),
-    ):
-        reached = gain_of(base - left_out(other, exact=True), plain.problem.windows)
-        if log:
-            log(
-                f"   {label} for C(M): gain {reached.total:.0f} dev {reached.deviations:.1f} agree {reached.agreeing:.2f}"
-            )
-        if reached.deviations >= CLEAR_DEVIATIONS and reached.agreeing >= CLEAR_SHARE and other.value < best.value:
+    rivals = {
+        "free products": rival,
+        "no C(ν)": fit(without, start(without, runs), plain.problem, plain.starts),
+    }
+    for label, other in rivals.items():
+        reached = gain(base - left_out(other, exact=True), plain.problem.windows)
+        say(f"{label} in place of C(M): {reached}")
+        if reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value:
             best = other
     return plain, best

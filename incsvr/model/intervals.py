@@ -1,4 +1,4 @@
-"""Intervals of 95 % of fitted parameters: over blocks of windows, and widened by what half of the samples would change."""
+"""Intervals of 95 % of fitted parameters over blocks of windows, widened by what halving the log changes."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from incsvr.model.structure import is_logarithm
 from incsvr.model.windows import cut
 from incsvr.numerics import Array
 
-DEVIATIONS_OF_95 = 1.96
-
 
 @dataclass(frozen=True, slots=True)
 class Interval:
@@ -22,14 +20,14 @@ class Interval:
 
     Attributes:
         value, low, high: in the parameter's unit.
-        moved: what fitting to every second sample changes, in the half width that the blocks give; beyond one, the log is
+        moved: the change by fitting to every second sample, in half widths that the blocks give; beyond one, the log is
             too coarse for the parameter.
     """
 
     value: float
     low: float
     high: float
-    moved: float = 0.0
+    moved: float
 
 
 def covariance(found: Fit) -> Array:
@@ -44,23 +42,18 @@ def covariance(found: Fit) -> Array:
     return np.asarray(spread * np.outer(wider * found.units, wider * found.units))
 
 
-def deviations(found: Fit) -> Array:
-    """(p,) of the parameters, in θ's own units."""
-    return np.asarray(np.sqrt(np.diag(covariance(found))))
-
-
 def halved(found: Fit) -> Fit:
-    """The same structure, from every second sample of every stream."""
+    """The structure fitted to every second sample of every stream."""
     windows, structure = found.problem.windows, found.structure
     coarse = cut([every(run, 2) for run in windows.runs], structure, windows.step, windows.step * windows.steps)
-    return fit(structure, found.theta, Problem(coarse, None, found.problem.starts_fitted), rounds=8)
+    return fit(structure, found.theta, Problem(coarse), rounds=8)
 
 
 def intervals(found: Fit, half: Fit | None = None) -> dict[str, Interval]:
-    """Of every parameter; `half` is the fit to every second sample, None where nobody made it."""
+    """The interval of every parameter; `half` is the fit to every second sample, None where it was not made."""
     result = {}
-    for name, deviation in zip(found.names, deviations(found), strict=True):
-        at, width = found.theta[name], DEVIATIONS_OF_95 * float(deviation)
+    for name, deviation in zip(found.names, np.sqrt(np.diag(covariance(found))), strict=True):
+        at, width = found.theta[name], 1.96 * float(deviation)
         change = abs(half.theta[name] - at) if half is not None else 0.0
         width_of_both = float(np.hypot(width, change)) if change > width else width
         ends = np.array([at, at - width_of_both, at + width_of_both])

@@ -1,4 +1,4 @@
-"""How a fit does on recordings that had no part in it: folds, blocks, and the gain of one model over another."""
+"""Cross-validation of a fit: folds, blocks, and the gain of one model over another on excluded windows."""
 
 from __future__ import annotations
 
@@ -11,13 +11,10 @@ from incsvr.model.simulation import predict
 from incsvr.model.windows import Indices, Windows
 from incsvr.numerics import Array
 
-FOLDS_OF_ONE = 8
-"""Long blocks into which recordings are cut where there are fewer than three of them."""
-
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """What one model gains over another on windows that its fit left out.
+    """The gain of one model over another on windows that its fit excluded.
 
     Attributes:
         total: of the logarithm of the likelihood.
@@ -30,18 +27,18 @@ class Gain:
     agreeing: float
 
 
-def folds(windows: Windows) -> Indices:
-    """(windows,) the fold of each: its recording, or one of a few long blocks where there are fewer than three."""
+def folds(windows: Windows, few: int = 8) -> Indices:  # eight blocks of one recording are long, yet several
+    """(windows,) the fold of each: its recording, or one of `few` long blocks where there are fewer than three."""
     count = windows.first.size
     if len(windows.runs) >= 3:
         return windows.run
-    return np.asarray(np.arange(count) * min(FOLDS_OF_ONE, count) // count)
+    return np.asarray(np.arange(count) * min(few, count) // count)
 
 
 def blocks(windows: Windows, most: int = 4) -> Indices:
     """(windows,) the block of each: neighbours of one recording, whose errors may depend on each other."""
     count = windows.first.size
-    length = int(np.clip(count // 16, 1, most))  # sixteen blocks tell a deviation within a fifth
+    length = int(np.clip(count // 16, 1, most))  # a deviation over sixteen blocks is right within a fifth
     found, block, inside = np.zeros(count, dtype=np.intp), -1, 0
     for w in range(count):
         if w == 0 or windows.run[w] != windows.run[w - 1] or inside >= length:
@@ -73,27 +70,20 @@ def left_out(found: Fit, exact: bool = False) -> Array:
     for k in each:
         own = fold == k
         rest = whole - found.normal[own].sum(axis=0)
-        rest += np.diag(0.01 * np.diag(whole))  # what only this fold tells stays near the whole's estimate
+        rest += np.diag(0.01 * np.diag(whole))  # a parameter that only this fold shows stays near the whole's estimate
         step = -np.linalg.lstsq(rest, found.gradient[own].sum(axis=0), rcond=1e-10)[0]
         step = np.clip(step, (low - point) / found.units, (high - point) / found.units)
         columns.append(point + step * found.units)
-        begins.append(
-            found.starts - np.einsum("awp,p->aw", found.by_theta, step) if problem.starts_fitted else found.starts
-        )
-    told = predict(found.structure, np.stack(columns, axis=1), windows, np.stack(begins, axis=1))
+        begins.append(found.starts - np.einsum("awp,p->aw", found.by_theta, step))
+    predicted = predict(found.structure, np.stack(columns, axis=1), windows, np.stack(begins, axis=1))
     for j, k in enumerate(each):
         own = fold == k
-        cost[own] = costs_of(windows.measured - told[:, j], found.scale, problem, begins[j])[own]
+        cost[own] = costs_of(windows.measured - predicted[:, j], found.scale, problem, begins[j])[own]
     return cost
 
 
-def gain(new: Fit, old: Fit, exact: bool = False) -> Gain:
-    """Of one fit over another of the same windows, on windows left out."""
-    return gain_of(left_out(old, exact) - left_out(new, exact), new.problem.windows)
-
-
-def gain_of(by_window: Array, windows: Windows) -> Gain:
-    """The gain from that of each window."""
+def gain(by_window: Array, windows: Windows) -> Gain:
+    """The gain from (windows,) that of each window."""
     block, fold = blocks(windows), folds(windows)
     by_block, by_fold = np.bincount(block, by_window), np.bincount(fold, by_window)
     n = by_block.size

@@ -1,7 +1,7 @@
-"""The rows of the equation of motion: what takes of an axis's effort, as θ times a product of factors.
+"""The rows of the equation of motion: terms that oppose an axis's effort, as θ times a product of factors.
 
-A row is data, so that a file can hold it and an export can write it. Its name is the effect of CONTRACT, Section 5, or the
-hull's term; with its axis it is unique: `cross_flow:surge@yaw_rate`.
+A row is data, so that a file can store it and an export can write it. Its name is the effect of CONTRACT, Section 5, or
+the hull's term; with its axis it is unique: `cross_flow:surge@yaw_rate`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from incsvr.model.series import effort_of
-from incsvr.plant.axes import LATERAL, VELOCITIES
+from incsvr.plant.axes import AXES, LATERAL, VELOCITIES
 
 INF = float("inf")
 
@@ -22,11 +22,11 @@ class Factor:
 
     Attributes:
         kind: one (1), value (x), size (|x|), square (x²), root (√|x|), sign (tanh(x / width)), sine, cosine, sine2 and
-            cosine2 (of the double angle), drag (x |x|), after (0 before the instant `width`, 1 from it on), wave_sine and
-            wave_cosine (of 2π x / width), or a part of the downward direction in the body's frame: down_x, down_y, down_z,
-            from roll and pitch (Fossen 2011, Eq. 2.18).
+            cosine2 (of the double angle), drag (x |x|), after (0 before the instant `width`, then 1), or a part of the
+            downward direction in the body's frame: down_x, down_y, down_z, from roll and pitch (Fossen 2011,
+            Eq. 2.18).
         of: the signal's name: a velocity, an effort that acts, a channel, an angle, or a row's memory.
-        width: of a sign, the instant of a step, or the period of a wave [unit of the signal].
+        width: of a sign, or the instant of a step [unit of the signal].
     """
 
     kind: str
@@ -49,7 +49,7 @@ def size(name: str) -> Factor:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """What a row takes of one axis: θ times sign, times both factors.
+    """What a row contributes to one axis: θ times sign, times both factors.
 
     Attributes:
         axis: its velocity.
@@ -110,7 +110,7 @@ def damping(rate: str) -> tuple[Row, ...]:
 
 
 def own(rate: str, fast: float, driven: bool) -> tuple[Row, ...]:
-    """What an axis may lack that its own velocity, its own effort and a constant make.
+    """Effects of an axis's own velocity, its own effort and a constant.
 
     Args:
         fast: a velocity that is seldom passed.
@@ -129,7 +129,7 @@ def own(rate: str, fast: float, driven: bool) -> tuple[Row, ...]:
 
 
 def memory(rate: str, lags: Sequence[float]) -> Row:
-    """Drag by the motion that was: water that turns along, a flow that follows late."""
+    """Drag by past motion, because the water around the hull follows it with a lag."""
     return Row("memory", (Part(rate, value(f"~memory@{rate}")),), follows=rate, lags=tuple(lags))
 
 
@@ -144,10 +144,10 @@ def turned(rate: str) -> dict[str, tuple[Row, ...]]:
 
 
 def of_time(rate: str, instants: Sequence[float], driven: bool) -> dict[str, tuple[Row, ...]]:
-    """What changes while it is recorded, by effect; a step's name has its instant.
+    """Changes during a recording, by effect; a step's name has its instant.
 
     Args:
-        instants: at which something may change at once, in the time of the channel `time` [s].
+        instants: at which damping or thrust may jump, in the time of the channel `time` [s].
     """
     found = {
         "bias_drift": (row("bias_drift", rate, value("time")), row("bias_torque", rate, ONE)),
@@ -167,15 +167,8 @@ def of_time(rate: str, instants: Sequence[float], driven: bool) -> dict[str, tup
     return found
 
 
-def wave(rate: str, period: float) -> tuple[Row, ...]:
-    """A periodic moment."""
-    return tuple(
-        row(f"wave:{period:.4g}:{kind}", rate, Factor(f"wave_{kind}", "time", period)) for kind in ("sine", "cosine")
-    )
-
-
 def with_others(rate: str, others: Sequence[str], driven: bool) -> tuple[Row, ...]:
-    """What other velocities of the body do to an axis, to second order.
+    """Effects of the body's other velocities on an axis, to second order.
 
     Args:
         others: velocities that are recorded, but the axis's own.
@@ -198,7 +191,7 @@ def with_others(rate: str, others: Sequence[str], driven: bool) -> tuple[Row, ..
 
 
 def of_channel(rate: str, name: str, driven: bool) -> tuple[Row, ...]:
-    """What a channel that is no velocity may do: a moment that follows it, damping or thrust that it scales."""
+    """Effects of a channel that is no velocity: a moment in proportion to it, damping or thrust that it scales."""
     found = [
         row(f"coupling:{name}", rate, value(name)),
         row(f"modulation:{name}", rate, value(name), Factor("drag", rate), drag=True),
@@ -209,23 +202,17 @@ def of_channel(rate: str, name: str, driven: bool) -> tuple[Row, ...]:
 
 
 def efforts_of_others(rate: str, driven: Sequence[str]) -> tuple[Row, ...]:
-    """Part of another axis's effort that acts on this one, as thrusters off their axes make it."""
+    """Parts of other axes' efforts that act on this one, because thrusters are not aligned."""
     return tuple(row(f"effort:{name}", rate, value(effort_of(name))) for name in driven if name != rate)
 
 
-FREE_PRODUCTS = (
-    ("surge", "sway", "yaw_rate"), ("surge", "heave", "pitch_rate"), ("sway", "surge", "yaw_rate"),
-    ("sway", "heave", "roll_rate"), ("heave", "surge", "pitch_rate"), ("heave", "sway", "roll_rate"),
-    ("roll_rate", "sway", "heave"), ("roll_rate", "pitch_rate", "yaw_rate"), ("pitch_rate", "surge", "heave"),
-    ("pitch_rate", "roll_rate", "yaw_rate"), ("yaw_rate", "surge", "sway"), ("yaw_rate", "roll_rate", "pitch_rate"),
-)  # fmt: skip
-"""The products of C(ν) ν of a diagonal M: the axis, and the two velocities."""
-
-
 def free_products(axes: Sequence[str]) -> tuple[Row, ...]:
-    """The products of C(ν) ν, each with a coefficient of its own."""
+    """The products of C(ν) ν of a diagonal M, each with a coefficient of its own."""
     return tuple(
-        row(f"coriolis:{a}*{b}", rate, value(a), value(b)) for rate, a, b in FREE_PRODUCTS if {rate, a, b} <= set(axes)
+        row(f"coriolis:{a}*{b}", axis.rate, value(a), value(b))
+        for axis in AXES.values()
+        for a, b in axis.products
+        if a != b and {axis.rate, a, b} <= set(axes)
     )
 
 
@@ -244,36 +231,19 @@ def restoring(axes: Sequence[str], recorded: Sequence[str]) -> tuple[Row, ...]:
     return tuple(found)
 
 
-def coupled_masses(axes: Sequence[str]) -> tuple[tuple[str, str], ...]:
-    """Pairs of axes between which M may have an entry in a hull whose port mirrors its starboard (Fossen 2011, Eq. 7.22),
-    those that a centre of gravity off the origin makes."""
-    pairs = (
-        ("sway", "yaw_rate"),
-        ("surge", "pitch_rate"),
-        ("heave", "pitch_rate"),
-        ("sway", "roll_rate"),
-        ("roll_rate", "yaw_rate"),
-    )
-    return tuple(pair for pair in pairs if set(pair) <= set(axes))
+UNSIDED = (
+    "cross_flow", "thrust_speed", "cubic", "coulomb", "inflow", "linear", "quadratic", "memory", "bias_torque",
+)  # fmt: skip
+"""Rows that every hull may have."""
 
 
 def mirrored(row: Row) -> bool:
-    """Whether a hull whose port mirrors its starboard can have a row: both sides of it change their sign, or neither."""
+    """Whether a hull whose port mirrors its starboard can have a row: both its sides change their sign, or neither."""
     kind, _, of = row.name.partition(":")
     names = [name.strip("|") for name in of.split("*")] if of else []
     odd = sum(name in LATERAL for name in names) % 2 == 1
     lateral = row.axis in LATERAL
-    if kind in (
-        "cross_flow",
-        "thrust_speed",
-        "cubic",
-        "coulomb",
-        "inflow",
-        "linear",
-        "quadratic",
-        "memory",
-        "bias_torque",
-    ) or not set(names) & set(VELOCITIES):
+    if kind in UNSIDED or not set(names) & set(VELOCITIES):
         return True
     if kind in ("coriolis", "coupling", "effort"):
         return odd == lateral
@@ -281,5 +251,5 @@ def mirrored(row: Row) -> bool:
 
 
 def recorded_velocities(names: Sequence[str]) -> tuple[str, ...]:
-    """Those of the streams that are velocities of the body, in the order of ν."""
+    """The streams that are velocities of the body, in the order of ν."""
     return tuple(name for name in VELOCITIES if name in names)

@@ -21,7 +21,7 @@ def effort_of(rate: str) -> str:
 
 
 def every(series: Series, count: int) -> Series:
-    """The recording with every `count`-th sample of every stream, as a coarser log would hold it."""
+    """The recording with every `count`-th sample of every stream, as a coarser log records it."""
     return {name: (t[::count], v[::count]) for name, (t, v) in series.items()}
 
 

@@ -1,16 +1,19 @@
 """The one integrator: Runge–Kutta of fourth order, all windows and all columns of parameters side by side.
 
 Beside the velocities go the angles that follow from them and the memories of rows. A predictor is corrected after each
-step by what a sensor said in it: a Kalman filter of fixed gain (L. Ljung, System Identification, 2nd ed., Section 4.3).
+step by its samples: a Kalman filter of fixed gain (L. Ljung, System Identification, 2nd ed., Section 4.3).
 """
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 
 from incsvr.model.efforts import Stage
 from incsvr.model.factors import Factors
 from incsvr.model.rows import ONE, Factor, value
+from incsvr.model.series import effort_of
 from incsvr.model.structure import STAGES, Structure, is_logarithm
 from incsvr.model.windows import ANGLES, Indices, Windows
 from incsvr.numerics import Array
@@ -18,7 +21,7 @@ from incsvr.plant.axes import VELOCITIES
 from incsvr.plant.mass_and_coriolis import PAIRS, product_weights
 
 RUNAWAY = 1e6
-"""No vehicle moves as fast [m/s]: a simulation that does is kept there, and its error says so."""
+"""A speed that no vehicle reaches [m/s], at which a simulation that diverges is clipped."""
 
 
 def predict(structure: Structure, columns: Array, windows: Windows, starts: Array) -> Array:
@@ -41,7 +44,7 @@ def _predict(structure: Structure, columns: Array, windows: Windows, starts: Arr
     k, i, w, f = windows.cell, windows.axis, windows.window, windows.part[:, None]
     before, after, rise = course[k, :, i, w], ends[k, :, i, w], windows.step * slopes[k, :, i, w]
     found = np.where(f > 0.999, after, before + f * rise + f * f * (after - before - rise))
-    return np.nan_to_num(found, nan=RUNAWAY)
+    return np.asarray(np.nan_to_num(found, nan=RUNAWAY))
 
 
 def simulate(structure: Structure, columns: Array, windows: Windows, starts: Array) -> tuple[Array, Array, Array]:
@@ -91,7 +94,7 @@ class Motion:
         ]
         self._memories = [row for row in structure.rows if row.follows]
         states = [*structure.axes, *self._angles, *(f"~{row.key}" for row in self._memories)]
-        self._outside = [structure.effort(axis) for axis in structure.driven]
+        self._outside = [effort_of(axis) for axis in structure.driven]
         self._outside += [name for name in structure.channels if name not in states]
         signals = [*states, *self._outside]
         self._place = {name: k for k, name in enumerate(signals)}
@@ -120,7 +123,7 @@ class Motion:
         return np.stack([self._value[f"gain:{axis}"] for axis in self._structure.axes], axis=1)
 
     def outside(self, k: int) -> tuple[Array, Array, Array]:
-        """What acts from outside at the beginning of step k, in its middle and at its end: efforts are means of the step."""
+        """Efforts and channels at the beginning, middle and end of step k; efforts are means of the step."""
         efforts = len(self._structure.driven)
         before, after = self._edges[k].copy(), self._edges[k + 1].copy()
         before[:, :efforts] = after[:, :efforts] = self._middles[k][:, :efforts]
@@ -153,7 +156,7 @@ class Motion:
             terms.setdefault((one, other), np.zeros((self._count, size)))[:, at[axis]] += weight
 
         for axis in structure.driven:
-            add(value(structure.effort(axis)), ONE, axis, np.ones(self._count))
+            add(value(effort_of(axis)), ONE, axis, np.ones(self._count))
         for row in structure.rows:
             for part in row.parts:
                 add(part.one, part.other, part.axis, -part.sign * self._value[row.key])
@@ -186,7 +189,7 @@ class Motion:
         return edges, middles
 
     def _turn(self, out: Array, signals: Array) -> None:
-        """Slopes of the angles from the velocities (Fossen 2011, Eq. 2.26); a velocity that is not there is zero."""
+        """Slopes of the angles from the velocities (Fossen 2011, Eq. 2.26); a velocity that is not recorded is zero."""
 
         def of(name: str) -> Array:
             return signals[:, self._place[name]] if name in self._place else np.zeros((1, 1))
@@ -204,28 +207,28 @@ class Motion:
             out[:, len(self._structure.axes) + j] = found[angle]
 
     def _effort(self, axis: str) -> Array:
-        """(steps, columns, windows) of the efforts that act; columns that agree in the stages share them."""
-        structure, name = self._structure, self._structure.effort(axis)
+        """(steps, columns, windows) mean efforts of an axis."""
+        structure = self._structure
         own = [kind for kind in STAGES if (kind, axis) in structure.stages]
         shifts = self._value.get(f"shift:{axis}", np.zeros(self._count))
         found = []
         for p in range(self._count):
             numbers = {kind: float(self._value[f"{kind}:{axis}"][p]) for kind in own}
             stage = Stage(shift=float(shifts[p]), **numbers)
-            found.append(self._windows.effort(axis, name, structure.ways.get(axis, "linear"), stage))
+            found.append(self._windows.effort(axis, structure.ways.get(axis, "linear"), stage))
         return np.stack(found, axis=1)
 
 
 def _by_step(windows: Windows) -> list[Indices]:
-    """Of each step the samples in it."""
+    """The samples in each step."""
     order = np.argsort(windows.cell, kind="stable")
     bounds = np.searchsorted(windows.cell[order], np.arange(windows.steps + 1))
-    return [order[a:b] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    return [order[a:b] for a, b in pairwise(bounds)]
 
 
 def _correct(state: Array, before: Array, slope: Array, windows: Windows, samples: Indices, gains: Array) -> None:
-    """Moves each velocity after a step by its gain times the surprise of the step's sample."""
+    """Moves each velocity after a step by its gain times the innovation of the step's sample."""
     i, w, f = windows.axis[samples], windows.window[samples], windows.part[samples][:, None]
     a, b, rise = before[:, i, w].T, state[:, i, w].T, windows.step * slope[:, i, w].T
-    told = np.where(f > 0.999, b, a + f * rise + f * f * (b - a - rise))
-    state[:, i, w] += gains[:, i] * (windows.measured[samples][:, None] - told).T
+    predicted = np.where(f > 0.999, b, a + f * rise + f * f * (b - a - rise))
+    state[:, i, w] += gains[:, i] * (windows.measured[samples][:, None] - predicted).T

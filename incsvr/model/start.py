@@ -1,4 +1,4 @@
-"""Where a fit begins: least squares of the equation's integrals over spans, ∫τ = M Δν + Σ θ ∫φ. A start, nothing more."""
+"""A start for the fit: least squares of the equation's integrals over spans, ∫τ = M Δν + Σ θ ∫φ."""
 
 from __future__ import annotations
 
@@ -8,23 +8,18 @@ import numpy as np
 
 from incsvr.model.factors import one_by_one
 from incsvr.model.rows import Row
-from incsvr.model.series import Series, period, values
+from incsvr.model.series import Series, duration, effort_of, period, values
 from incsvr.model.structure import Structure
 from incsvr.model.windows import ANGLES
 from incsvr.numerics import Array
 
 
-def start(structure: Structure, runs: Sequence[Series], extra: Structure | None = None) -> dict[str, float]:
-    """θ of a structure from integrals, each axis by itself, over the span that explains the integrals best.
-
-    Args:
-        extra: a structure whose rows are fitted along, because they would else bend the others; not part of θ unless they
-            are rows of the first as well.
-    """
+def start(structure: Structure, runs: Sequence[Series]) -> dict[str, float]:
+    """θ of a structure from integrals, each axis by itself, over the span that explains the integrals best."""
     theta = dict.fromkeys(structure.names, 0.0)
     before = 0.0
     for axis in structure.axes:
-        rows = [row for row in (extra or structure).rows if row.axis == axis and not row.follows]
+        rows = [row for row in structure.rows if row.axis == axis and not row.follows]
         tried = []
         shortest = min(run[axis][0].size for run in runs)
         for span in 2 ** np.arange(1, max(2, int(np.log2(max(shortest, 40) / 10)) + 1)):
@@ -36,25 +31,24 @@ def start(structure: Structure, runs: Sequence[Series], extra: Structure | None 
         if axis not in structure.given:
             theta[f"mass:{axis}"] = before
         for row, value in zip(rows, solution[1:], strict=True):
-            if row.key in theta:
-                theta[row.key] = float(np.clip(value, row.low, row.high))
+            theta[row.key] = float(np.clip(value, row.low, row.high))
         _brake(theta, structure, runs, axis)
     return theta
 
 
 def time_constants(structure: Structure, theta: dict[str, float], runs: Sequence[Series], quantile: float) -> Array:
-    """(axes,) M over the slope of the damping at a quantile of the speeds seen [s], at most a twentieth of the recordings."""
+    """(axes,) M over the slope of the damping at a quantile of the recorded speeds [s], at most a twentieth of the
+    recordings."""
     found = []
     for axis in structure.axes:
-        length = sum(run[axis][0][-1] - run[axis][0][0] for run in runs)
         speed = float(np.quantile(np.abs(values(runs, axis)), quantile))
         slope = theta.get(f"linear@{axis}", 0.0) + 2.0 * theta.get(f"quadratic@{axis}", 0.0) * speed
-        found.append(min(structure.inertia(theta, axis) / max(slope, 1e-12), length / 20.0))
+        found.append(min(structure.inertia(theta, axis) / max(slope, 1e-12), duration(runs, axis) / 20.0))
     return np.array(found)
 
 
 def _brake(theta: dict[str, float], structure: Structure, runs: Sequence[Series], axis: str) -> None:
-    """Where the least squares find no damping, the vehicle begins with one that settles in some twenty samples."""
+    """Where the least squares find no damping, the fit begins with one that settles in some twenty samples."""
     fast = float(np.quantile(np.abs(values(runs, axis)), 0.9))
     slope = theta.get(f"linear@{axis}", 0.0) + 2.0 * theta.get(f"quadratic@{axis}", 0.0) * fast
     if slope <= 0.0 and f"linear@{axis}" in theta:
@@ -66,7 +60,8 @@ def _brake(theta: dict[str, float], structure: Structure, runs: Sequence[Series]
 def _least_squares(
     structure: Structure, runs: Sequence[Series], axis: str, rows: Sequence[Row], span: int, before: float
 ) -> tuple[float, Array] | None:
-    """(share left, solution): inertia, then coefficients; None where no span fits or the inertia comes out negative."""
+    """(residual share, solution): inertia, then coefficients; None where the recordings are too short for the span, or
+    the inertia is not positive."""
     lefts, rights = [], []
     for run in runs:
         t, v = run[axis]
@@ -80,7 +75,7 @@ def _least_squares(
             part.sign * one_by_one(part.one, signals) * one_by_one(part.other, signals)
             for part in (next(part for part in row.parts if part.axis == axis) for row in rows)
         ]
-        effort = signals[structure.effort(axis)] if axis in structure.driven else np.zeros_like(t)
+        effort = signals[effort_of(axis)] if axis in structure.driven else np.zeros_like(t)
         whole = np.array([*columns, effort])
         sums = np.concatenate(
             [np.zeros((len(whole), 1)), np.cumsum(0.5 * (whole[:, 1:] + whole[:, :-1]) * np.diff(t), axis=1)], axis=1
@@ -92,7 +87,7 @@ def _least_squares(
     if not lefts:
         return None
     left, right = np.concatenate(lefts), np.concatenate(rights)
-    if axis in structure.given or not np.any(right):  # the inertia is given, or nothing drives: all in its unit
+    if axis in structure.given or not np.any(right):  # where nothing drives, coefficients are in units of the inertia
         inertia = float(np.exp(structure.given.get(axis, before)))
         right = right - inertia * left[:, 0]
         size = left[:, 1:].std(axis=0) + 1e-12

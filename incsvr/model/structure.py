@@ -13,13 +13,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from incsvr.model.rows import Row
-from incsvr.model.series import effort_of
 from incsvr.numerics import Array
 
 Theta = Mapping[str, float]
 """The parameters' values by name."""
 LOGARITHMS = ("lag", "blur", "limit", "dead", "reverse", "exponent", "time")
-"""Parameters that are positive by nature: θ holds their logarithm, and so of a mass on the diagonal of M."""
+"""Parameters that are positive by nature, whose logarithms are in θ, like those of the masses on the diagonal of M."""
 STAGES = ("exponent", "dead", "limit", "reverse", "lag", "blur")
 """Stages of an effort, in the order in which it passes them."""
 
@@ -30,7 +29,7 @@ class Structure:
 
     Attributes:
         axes: velocities that it predicts, in the order of ν.
-        driven: those of them whose effort is recorded.
+        driven: axes whose effort is recorded.
         rows: terms that are linear in their coefficients.
         tied: whether C(ν) follows from M.
         coupled: pairs of axes between which M has an entry.
@@ -56,7 +55,7 @@ class Structure:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the parameters that are fitted, in the order of the vector."""
+        """Names of the fitted parameters, in the order of the vector."""
         found = [f"mass:{axis}" for axis in self.axes if axis not in self.given]
         found += [f"mass:{a}*{b}" for a, b in self.coupled]
         for row in self.rows:
@@ -70,7 +69,7 @@ class Structure:
         return tuple(found)
 
     def bounds(self, name: str) -> tuple[float, float]:
-        """Of a parameter."""
+        """(lowest, highest) value of a parameter."""
         if name.startswith("gain:"):
             return 0.0, 1.0
         row = next((row for row in self.rows if row.key == name), None)
@@ -82,18 +81,13 @@ class Structure:
         return float(self.shift_priors[axis]) if kind == "shift" else np.inf
 
     def plus(
-        self,
-        rows: Sequence[Row] = (),
-        stages: Sequence[tuple[str, str]] = (),
-        coupled: Sequence[tuple[str, str]] = (),
-        free: Sequence[str] = (),
+        self, rows: Sequence[Row] = (), stages: Sequence[tuple[str, str]] = (), free: Sequence[str] = ()
     ) -> Structure:
         """The structure with more; `free` are axes whose inertia is no longer the declared one."""
         return replace(
             self,
             rows=self.rows + tuple(rows),
             stages=self.stages + tuple(stages),
-            coupled=self.coupled + tuple(coupled),
             given={axis: value for axis, value in self.given.items() if axis not in free},
         )
 
@@ -112,17 +106,8 @@ class Structure:
         """The inertia of an axis [kg] or [kg m²]."""
         return float(np.exp(theta.get(f"mass:{axis}", self.given.get(axis, 0.0))))
 
-    def effort(self, axis: str) -> str:
-        """The column of the effort that drives an axis."""
-        return effort_of(axis)
-
 
 def is_logarithm(name: str) -> bool:
-    """Whether θ holds a parameter's logarithm."""
+    """Whether a parameter is in θ as its logarithm."""
     kind, _, rest = name.partition(":")
     return kind in LOGARITHMS or (kind == "mass" and "*" not in rest)
-
-
-def value(name: str, theta: Theta) -> float:
-    """A parameter in its own unit."""
-    return float(np.exp(theta[name])) if is_logarithm(name) else theta[name]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from incsvr.model.efforts import Stage, lagged, means
 from incsvr.model.rows import Row
-from incsvr.model.series import Series, noise, values
+from incsvr.model.series import Series, Stream, effort_of, noise, values
 from incsvr.model.structure import Structure
 from incsvr.numerics import Array
 
@@ -36,18 +36,20 @@ class Grid:
 
 @dataclass(frozen=True)
 class Windows:
-    """Windows of recordings, each of at most `steps` steps; a whole recording is one window where the horizon is infinite.
+    """Windows of recordings, each of at most `steps` steps; with an infinite horizon each recording is one window.
 
     Attributes:
         runs: the recordings.
+        axes: velocities that are predicted.
         step: of the simulation [s].
         grids: of each recording.
         first: (windows,) place of each window's first edge.
         count: (windows,) its steps.
         run: (windows,) its recording.
         axis, window, cell, part, measured: (samples,) each sample's axis, window, step, place within the step from 0 to
-            1, and value, sorted by window.
+            1, and value [m/s], [rad/s], sorted by window.
         starts: (axes, windows) measured velocities at each window's first edge.
+        noise: (axes,) deviation of the sensors' white noise [m/s], [rad/s].
         channel: each channel on all edges.
         velocity: each measured velocity on all edges.
     """
@@ -72,24 +74,24 @@ class Windows:
 
     @property
     def steps(self) -> int:
-        """Of the longest window."""
+        """Steps of the longest window."""
         return int(self.count.max())
 
     @property
     def at(self) -> Indices:
-        """(steps + 1, windows) place of each window's edges; a short one stays on its last."""
+        """(steps + 1, windows) place of each window's edges; a short window repeats its last."""
         return np.asarray(np.minimum(self.first + np.arange(self.steps + 1)[:, None], self.first + self.count))
 
     def edges(self, grid: Grid) -> Array:
-        """(steps + 1,) of a recording [s]."""
+        """(steps + 1,) edges of a recording [s]."""
         return np.asarray(grid.origin + self.step * np.arange(grid.steps + 1))
 
-    def effort(self, axis: str, name: str, way: str, stage: Stage) -> Array:
+    def effort(self, axis: str, way: str, stage: Stage) -> Array:
         """(steps, windows) the mean effort of an axis in each step, after its stages."""
         key = ("effort", axis, way, stage)
         if key not in self._cache:
+            name, parts = effort_of(axis), list[Array]()
             top = self.largest(name)
-            parts = []
             for run, grid in zip(self.runs, self.grids, strict=True):
                 mean = means(run[name], self.edges(grid), way, stage, top)
                 parts += [mean, mean[-1:]]
@@ -108,7 +110,7 @@ class Windows:
         return self._cache[key]
 
     def largest(self, name: str) -> float:
-        """An effort that is hardly ever passed, at which the thrust curve is told."""
+        """The quantile of 99.9 % of the sizes of an effort, at which thrust curves agree."""
         key = ("largest", name)
         if key not in self._cache:
             self._cache[key] = np.array(max(float(np.quantile(np.abs(values(self.runs, name)), 0.999)), 1e-12))
@@ -120,18 +122,12 @@ class Windows:
         self._cache[key] = value
 
 
-def cut(
-    runs: Sequence[Series], structure: Structure, step: float, horizon: float, every_sample: bool = False
-) -> Windows:
-    """Cuts recordings into windows of a horizon [s]; an infinite one keeps each recording whole.
-
-    Args:
-        every_sample: whether several samples of a sensor within a step stay apart; else their mean is one.
-    """
+def cut(runs: Sequence[Series], structure: Structure, step: float, horizon: float) -> Windows:
+    """Cuts recordings into windows of a horizon [s]; with an infinite one each recording is one window."""
     grids, windows, samples, first_edge = list[Grid](), list[tuple[int, int, int]](), list[Array](), 0
     for which, run in enumerate(runs):
         used = [run[name] for name in (*structure.axes, *structure.channels)]
-        used += [run[structure.effort(axis)] for axis in structure.driven]
+        used += [run[effort_of(axis)] for axis in structure.driven]
         begin, end = max(t[0] for t, _ in used), min(t[-1] for t, _ in used)
         steps = int(np.floor((end - begin) / step + 1e-6))
         length = int(max(1, min(steps, np.round(min(horizon, 1e9) / step))))
@@ -140,7 +136,7 @@ def cut(
             place[k // length] = len(windows)
             windows.append((first_edge + k, min(length, steps - k), which))
         for i, axis in enumerate(structure.axes):
-            samples.append(_samples(run[axis], begin, step, steps, length, place, i, every_sample))
+            samples.append(_samples(run[axis], begin, step, steps, length, place, i))
         grids.append(Grid(begin, steps, first_edge))
         first_edge += steps + 1
     rows = np.concatenate(samples)
@@ -148,7 +144,7 @@ def cut(
     first, count, run_of = np.array(windows).T
     on_edges = {
         name: np.concatenate([
-            _on(run[name], grid.origin + step * np.arange(grid.steps + 1), name in ANGLES)
+            _on(run[name], np.asarray(grid.origin + step * np.arange(grid.steps + 1)), name in ANGLES)
             for run, grid in zip(runs, grids, strict=True)
         ])
         for name in dict.fromkeys((*structure.axes, *structure.channels))
@@ -163,20 +159,11 @@ def cut(
     )  # fmt: skip
 
 
-def _samples(
-    stream: tuple[Array, Array],
-    begin: float,
-    step: float,
-    steps: int,
-    length: int,
-    place: Indices,
-    axis: int,
-    every_sample: bool,
-) -> Array:
+def _samples(stream: Stream, begin: float, step: float, steps: int, length: int, place: Indices, axis: int) -> Array:
     """(n, 5) of a sensor's samples: axis, window, step of the window, place within the step, value."""
     t, v = stream
     at = (t - begin) / step
-    if np.median(np.diff(at)) < 0.75 and not every_sample:  # several samples a step: their mean at their mean stamp
+    if np.median(np.diff(at)) < 0.75:  # several samples a step: their mean at their mean stamp
         bin_ = np.round(at).astype(int)
         bin_ -= bin_[0]
         number = np.bincount(bin_)
@@ -185,11 +172,11 @@ def _samples(
     cell = np.floor(at - 1e-6).astype(int)  # a sample on a window's first edge closes the window before it
     window = place[np.clip(cell // length, 0, place.size - 1)]
     inside = (cell >= 0) & (window >= 0) & (at <= steps + 1e-6)
-    columns = (np.full(t.size if at.size == t.size else at.size, axis), window, cell % length, at - cell, v)
-    return np.stack(columns, axis=1)[inside]
+    columns: tuple[Array, ...] = (np.full(at.size, axis), window, cell % length, at - cell, v)
+    return np.asarray(np.stack(columns, axis=1)[inside])
 
 
-def _on(stream: tuple[Array, Array], edges: Array, is_angle: bool) -> Array:
+def _on(stream: Stream, edges: Array, is_angle: bool) -> Array:
     """A stream on the edges, on lines between its samples; an angle without its jumps of a turn."""
     t, v = stream
     return np.asarray(np.interp(edges, t, np.unwrap(v) if is_angle else v))
