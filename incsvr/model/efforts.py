@@ -13,8 +13,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.signal import lfilter
 
-from incsvr.model.series import Stream
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Stream, integral_at
 
 WAYS = ("linear", "hold", "smooth")
 """How an effort gets from one of its samples to the next."""
@@ -85,26 +84,12 @@ def lagged(value: Array, share: float) -> Array:
 
 def _integral(t: Array, u: Array, way: str) -> Callable[[Array], Array]:
     """The integral of the effort from its first stamp on; before its first and after its last sample it is constant."""
-    smooth = way == "smooth" and t.size > 3
-    inner: Callable[[Array], Array] = PchipInterpolator(t, u).antiderivative() if smooth else _pieces(t, u, way)
+    curve = PchipInterpolator(t, u).antiderivative() if way == "smooth" and t.size > 3 else None
 
     def whole(at: Array) -> Array:
         inside = np.clip(at, t[0], t[-1])
         beyond = at - inside
-        return np.asarray(inner(inside) + beyond * np.where(at < t[0], u[0], u[-1]))
+        sums = integral_at(t, u, inside, way == "hold") if curve is None else curve(inside)
+        return np.asarray(sums + beyond * np.where(at < t[0], u[0], u[-1]))
 
     return whole
-
-
-def _pieces(t: Array, u: Array, way: str) -> Callable[[Array], Array]:
-    """The integral of an effort that is constant or a line between its samples."""
-    rise = np.diff(u) / np.diff(t) if way != "hold" else np.zeros(t.size - 1)
-    parts = (u[:-1] + 0.5 * rise * np.diff(t)) * np.diff(t)
-    sums = np.concatenate(([0.0], np.cumsum(parts)))
-
-    def inner(at: Array) -> Array:
-        k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 2)
-        after = at - t[k]
-        return np.asarray(sums[k] + (u[k] + 0.5 * rise[k] * after) * after)
-
-    return inner

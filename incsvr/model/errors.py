@@ -7,15 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from incsvr.model.series import Series
 from incsvr.model.simulation import predict
 from incsvr.model.structure import Structure
 from incsvr.model.windows import Indices, cut
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams, root_mean_square
 
 
 def residuals(
-    structure: Structure, theta: Mapping[str, float], runs: Sequence[Series], step: float, horizon: float
+    structure: Structure, theta: Mapping[str, float], runs: Sequence[Streams], step: float, horizon: float
 ) -> tuple[Array, Array, Array, Indices]:
     """(samples,) each: measured values, errors of the model, errors of the first value kept constant, and the axis.
 
@@ -30,18 +29,13 @@ def residuals(
 
 
 def rms(
-    structure: Structure, theta: Mapping[str, float], runs: Sequence[Series], step: float, horizon: float = np.inf
+    structure: Structure, theta: Mapping[str, float], runs: Sequence[Streams], step: float, horizon: float = np.inf
 ) -> dict[str, dict[str, float]]:
     """RMS by axis [m/s], [rad/s] of the `model`, of a velocity of `zero`, and of `hold`, the first value for ever."""
     measured, error, of_constant, axis = residuals(structure, theta, runs, step, horizon)
     found = {}
     for i, name in enumerate(structure.axes):
         own = axis == i
-        found[name] = {
-            "model": _rms(np.clip(error[own], -1e3, 1e3)), "zero": _rms(measured[own]), "hold": _rms(of_constant[own]),
-        }  # fmt: skip
+        errors = {"model": np.clip(error[own], -1e3, 1e3), "zero": measured[own], "hold": of_constant[own]}
+        found[name] = {label: root_mean_square(each) for label, each in errors.items()}
     return found
-
-
-def _rms(value: Array) -> float:
-    return float(np.sqrt(np.mean(value * value))) if value.size else float("nan")

@@ -17,7 +17,7 @@ from incsvr.model.series import effort_of
 from incsvr.model.simulation import predict
 from incsvr.model.structure import Structure, Theta, is_logarithm
 from incsvr.model.windows import Windows
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation, root_mean_square
 
 DEGREES = 6.0
 """Degrees of freedom of Student's t: outliers of a gyro or a log weigh little; normal errors lose 5 % of weight."""
@@ -230,8 +230,8 @@ def scales(error: Array, windows: Windows, before: Array | None = None) -> Array
     found = []
     for i in range(len(windows.axes)):
         own = np.clip(error[windows.axis == i], -1e5, 1e5)
-        rms = float(np.sqrt(np.mean(own * own)))
-        s = max(1.4826 * float(np.median(np.abs(own))), 0.1 * rms) if before is None else float(before[i])
+        rms = root_mean_square(own)
+        s = max(robust_deviation(own), 0.1 * rms) if before is None else float(before[i])
         for _ in range(30 if before is None else 10):
             s = float(np.sqrt(np.mean((DEGREES + 1.0) / (DEGREES + (own / (s + 1e-12)) ** 2) * own * own)))
         found.append(max(s, 0.5 * rms) + 1e-12)

@@ -13,11 +13,11 @@ from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import gain, left_out
 from incsvr.model.rows import Row, free_products, mirrored
 from incsvr.model.search import Found, search
-from incsvr.model.series import Series, duration, effort_of, period, values
+from incsvr.model.series import duration, effort_of, period, values
 from incsvr.model.start import start, time_constants
 from incsvr.model.structure import Structure
 from incsvr.model.windows import ANGLES, cut
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import VELOCITIES
 
 
@@ -35,7 +35,7 @@ class Identification:
 
 
 def structure_of(
-    runs: Sequence[Series], axes: Sequence[str], channels: Sequence[str] = (), given: Mapping[str, float] | None = None
+    runs: Sequence[Streams], axes: Sequence[str], channels: Sequence[str] = (), given: Mapping[str, float] | None = None
 ) -> Structure:
     """The plain structure of some axes: own damping, restoring, C(M) for several; `given` are declared inertias."""
     driven = tuple(
@@ -55,7 +55,7 @@ def structure_of(
 
 def plain_fit(
     structure: Structure,
-    runs: Sequence[Series],
+    runs: Sequence[Streams],
     constants: float = 3.0,  # of the slowest axis in a window, so that damping and inertia both show in it
     fewest: float = 24.0,  # windows: with fewer neither folds nor blocks show the error of an estimate
 ) -> Fit:
@@ -87,7 +87,7 @@ def plain_fit(
     return found
 
 
-def as_predictor(plain: Fit, runs: Sequence[Series]) -> Fit:
+def as_predictor(plain: Fit, runs: Sequence[Streams]) -> Fit:
     """The plain model corrected by each sample; a measured effort is averaged where that predicts better."""
     windows = plain.problem.windows
     sample = min(period(runs, axis) for axis in plain.structure.axes)
@@ -106,7 +106,7 @@ def as_predictor(plain: Fit, runs: Sequence[Series]) -> Fit:
     return best
 
 
-def motion_scale(runs: Sequence[Series], name: str) -> float:
+def motion_scale(runs: Sequence[Streams], name: str) -> float:
     """The lag at which a stream's autocorrelation falls below a half [s]."""
     found = []
     for run in runs:
@@ -129,7 +129,7 @@ def step_of(sample: float, constant: float) -> float:
     return float(sample / min(np.ceil(sample / wanted - 1e-9), 8.0))
 
 
-def pool(structure: Structure, runs: Sequence[Series], instants: int = 20) -> dict[str, tuple[Row, ...]]:
+def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> dict[str, tuple[Row, ...]]:
     """The effects that a structure may lack on each of its axes, by name the rows of each.
 
     Args:
@@ -164,7 +164,7 @@ def pool(structure: Structure, runs: Sequence[Series], instants: int = 20) -> di
 
 
 def identify(
-    runs: Sequence[Series],
+    runs: Sequence[Streams],
     axes: Sequence[str],
     given: Mapping[str, float] | None = None,
     channels: Sequence[str] = (),
@@ -199,7 +199,7 @@ def identify(
 
 def choose_coriolis(
     plain: Fit,
-    runs: Sequence[Series],
+    runs: Sequence[Streams],
     deviations: float = 3.0,  # by which a rival of C(M) has to win, because C(M) is the hypothesis
     share: float = 0.75,  # of the folds in which it has to win
     *,

@@ -8,13 +8,13 @@ import numpy as np
 
 from incsvr.model.factors import one_by_one
 from incsvr.model.rows import Row
-from incsvr.model.series import Series, duration, effort_of, period, values
+from incsvr.model.series import duration, effort_of, period, values
 from incsvr.model.structure import Structure
 from incsvr.model.windows import ANGLES
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 
 
-def start(structure: Structure, runs: Sequence[Series]) -> dict[str, float]:
+def start(structure: Structure, runs: Sequence[Streams]) -> dict[str, float]:
     """θ of a structure from integrals, each axis by itself, over the span that explains the integrals best."""
     theta = dict.fromkeys(structure.names, 0.0)
     before = 0.0
@@ -36,7 +36,7 @@ def start(structure: Structure, runs: Sequence[Series]) -> dict[str, float]:
     return theta
 
 
-def time_constants(structure: Structure, theta: dict[str, float], runs: Sequence[Series], quantile: float) -> Array:
+def time_constants(structure: Structure, theta: dict[str, float], runs: Sequence[Streams], quantile: float) -> Array:
     """(axes,) M over the slope of the damping at a quantile of the recorded speeds [s], at most a twentieth of the
     recordings."""
     found = []
@@ -47,7 +47,7 @@ def time_constants(structure: Structure, theta: dict[str, float], runs: Sequence
     return np.array(found)
 
 
-def _brake(theta: dict[str, float], structure: Structure, runs: Sequence[Series], axis: str) -> None:
+def _brake(theta: dict[str, float], structure: Structure, runs: Sequence[Streams], axis: str) -> None:
     """Where the least squares find no damping, the fit begins with one that settles in some twenty samples."""
     fast = float(np.quantile(np.abs(values(runs, axis)), 0.9))
     slope = theta.get(f"linear@{axis}", 0.0) + 2.0 * theta.get(f"quadratic@{axis}", 0.0) * fast
@@ -58,7 +58,7 @@ def _brake(theta: dict[str, float], structure: Structure, runs: Sequence[Series]
 
 
 def _least_squares(
-    structure: Structure, runs: Sequence[Series], axis: str, rows: Sequence[Row], span: int, before: float
+    structure: Structure, runs: Sequence[Streams], axis: str, rows: Sequence[Row], span: int, before: float
 ) -> tuple[float, Array] | None:
     """(residual share, solution): inertia, then coefficients; None where the recordings are too short for the span, or
     the inertia is not positive."""

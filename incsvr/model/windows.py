@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from incsvr.model.efforts import Stage, lagged, means
 from incsvr.model.rows import Row
-from incsvr.model.series import Series, Stream, effort_of, noise, values
+from incsvr.model.series import effort_of, noise, values
 from incsvr.model.structure import Structure
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Stream, Streams
 
 Indices = NDArray[np.intp]
 ANGLES = {"roll": "roll_rate", "pitch": "pitch_rate", "heading": "yaw_rate"}
@@ -54,7 +54,7 @@ class Windows:
         velocity: each measured velocity on all edges.
     """
 
-    runs: Sequence[Series]
+    runs: Sequence[Streams]
     axes: tuple[str, ...]
     step: float
     grids: tuple[Grid, ...]
@@ -122,7 +122,7 @@ class Windows:
         self._cache[key] = value
 
 
-def cut(runs: Sequence[Series], structure: Structure, step: float, horizon: float) -> Windows:
+def cut(runs: Sequence[Streams], structure: Structure, step: float, horizon: float) -> Windows:
     """Cuts recordings into windows of a horizon [s]; with an infinite one each recording is one window."""
     grids, windows, samples, first_edge = list[Grid](), list[tuple[int, int, int]](), list[Array](), 0
     for which, run in enumerate(runs):
