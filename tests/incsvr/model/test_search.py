@@ -5,11 +5,13 @@ from __future__ import annotations
 import pytest
 
 from incsvr.model.identification import as_predictor, identify, plain_fit, pool, structure_of
-from incsvr.model.search import search
+from incsvr.model.left_out import Gain
+from incsvr.model.search import Evidence, search
 from incsvr.numerics import Streams
 from tests.incsvr.model.turning import Turning, dive, steered
 
 CROSS_FLOW = "cross_flow:surge@yaw_rate"
+CLEAR, WEAK, LOSS = Gain(20.0, 4.0, 0.9), Gain(4.0, 1.0, 0.6), Gain(-1.0, -0.5, 0.4)
 
 
 def log(seed: int, cross_flow: float) -> Streams:
@@ -46,3 +48,18 @@ def test_nothing_is_named_where_a_controller_answers_the_water(seed: int, gain: 
     """The water turns the vehicle by some 0.02 rad/s, seven times the gyro's noise, and the torque answers that."""
     found = identify([steered(Turning(), seed, gain=gain)], ["yaw_rate"]).found
     assert found.added == ()
+
+
+@pytest.mark.parametrize(
+    ("apart", "simulated", "predicted", "enough"),
+    [
+        (0.5, CLEAR, WEAK, True),
+        (0.5, WEAK, WEAK, False),
+        (0.5, CLEAR, LOSS, False),
+        (1.5, CLEAR, WEAK, False),
+        (1.5, CLEAR, CLEAR, True),
+        (2.5, CLEAR, CLEAR, False),
+    ],
+)
+def test_both_estimators_must_gain_and_agree(apart: float, simulated: Gain, predicted: Gain, enough: bool) -> None:
+    assert Evidence(10.0, apart, simulated, predicted).convinces == enough
