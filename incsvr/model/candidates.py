@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.model.rows import Row
 from incsvr.model.series import effort_of, values
-from incsvr.model.structure import Structure
+from incsvr.model.structure import NO_PRIOR, Structure
 from incsvr.model.windows import Windows
 
 
@@ -37,8 +37,8 @@ def candidates(structure: Structure, effects: Mapping[str, Sequence[Row]], windo
     found = list(_of_rows(structure, effects))
     for axis in structure.driven:
         found += _of_stages(structure, axis, windows)
-        if structure.shift_priors.get(axis, np.inf) < 1e3:
-            wide = replace(structure, shift_priors={**structure.shift_priors, axis: 1e6})
+        if structure.shift_priors.get(axis, np.inf) < NO_PRIOR:
+            wide = replace(structure, shift_priors={**structure.shift_priors, axis: NO_PRIOR})
             found.append(Candidate(f"delay@{axis}", wide, f"shift:{axis}", {}))
         if axis in structure.given:
             mass = f"mass:{axis}"

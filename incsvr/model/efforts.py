@@ -59,16 +59,10 @@ def means(stream: Stream, edges: Array, way: str, stage: Stage, top: float) -> A
     """(steps,) the mean effort between the edges [s], which are evenly spaced, after its stages."""
     t, u = stream
     step = float(edges[1] - edges[0])
-    integral = _integral(t, stage.static(u, top), way)
-    if stage.blur is None:
-        mean = np.diff(integral(edges - stage.shift)) / step
-    else:  # a box, by Gauss and Legendre's rule of five points
-        points, weights = np.polynomial.legendre.leggauss(5)
-        parts = [
-            w * np.diff(integral(edges - stage.shift + 0.5 * stage.blur * x))
-            for x, w in zip(points, weights, strict=True)
-        ]
-        mean = 0.5 * np.sum(parts, axis=0) / step
+    if stage.blur is not None:  # before all other stages: the noise of a sensor passes no actuator
+        raw, half = _integral(t, u, "linear"), 0.5 * stage.blur
+        u = (raw(t + half) - raw(t - half)) / stage.blur
+    mean = np.asarray(np.diff(_integral(t, stage.static(u, top), way)(edges - stage.shift)) / step)
     if stage.lag is None or stage.lag <= 0.0:
         return mean
     share = step / stage.lag

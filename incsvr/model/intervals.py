@@ -56,7 +56,7 @@ def intervals(found: Fit, half: Fit | None = None) -> dict[str, Interval]:
         at, width = found.theta[name], 1.96 * float(deviation)
         change = abs(half.theta[name] - at) if half is not None else 0.0
         width_of_both = float(np.hypot(width, change)) if change > width else width
-        ends = np.array([at, at - width_of_both, at + width_of_both])
+        ends = np.clip([at, at - width_of_both, at + width_of_both], *found.structure.bounds(name))
         value, low, high = (np.exp(ends) if is_logarithm(name) else ends).tolist()
         result[name] = Interval(value, low, high, change / max(width, 1e-300))
     return result

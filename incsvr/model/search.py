@@ -44,7 +44,8 @@ class Evidence:
         """Whether both estimators gain: one of them clearly where their coefficients agree, else both clearly."""
         gains = (self.simulated, self.predicted)
         clear = sum(each.deviations >= 3.0 and each.agreeing >= 0.75 and each.total > 3.0 for each in gains)
-        enough = clear > 0 if self.apart <= 1.0 else clear > 1 and self.apart <= 2.0
+        foreseen = self.predicted.deviations >= 2.0 or self.sure >= 6.0
+        enough = clear > 0 and foreseen if self.apart <= 1.0 else clear > 1 and self.apart <= 2.0
         return min(each.deviations for each in gains) > 0.0 and enough
 
 
@@ -143,7 +144,9 @@ def drives(found: Fit) -> str:
         moving = np.abs(own) > 0.1 * np.quantile(np.abs(own), 0.9)
         total = np.zeros_like(own)
         for row in structure.rows:
-            if row.drag and row.axis == axis and not row.follows:
+            if row.axis == axis and row.follows == axis:  # in steady motion a memory of the velocity is the velocity
+                total += found.theta[row.key] * own
+            elif row.drag and row.axis == axis:
                 part = row.parts[0]
                 total += found.theta[row.key] * one_by_one(part.one, signals) * one_by_one(part.other, signals)
         if np.mean((total * own)[moving] < 0.0) > 0.01:

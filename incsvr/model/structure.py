@@ -22,6 +22,9 @@ LOGARITHMS = ("lag", "blur", "limit", "dead", "reverse", "exponent", "time")
 STAGES = ("exponent", "dead", "limit", "reverse", "lag", "blur")
 """Stages of an effort, in the order in which it passes them."""
 
+NO_PRIOR = 1e6
+"""Deviation of a prior that tells nothing."""
+
 
 @dataclass(frozen=True, slots=True)
 class Structure:
@@ -72,6 +75,9 @@ class Structure:
         """(lowest, highest) value of a parameter."""
         if name.startswith("gain:"):
             return 0.0, 1.0
+        if name.startswith("shift:"):  # two deviations are a period: what is more is a delay
+            prior = self.prior(name)
+            return (-np.inf, np.inf) if prior >= NO_PRIOR else (-2.0 * prior, 2.0 * prior)
         row = next((row for row in self.rows if row.key == name), None)
         return (-np.inf, np.inf) if row is None else (row.low, row.high)
 
