@@ -44,6 +44,7 @@ ROOMS = (
     "errors",
     "numerics",
     "plant",
+    "model",
     "signals",
     "checks",
     "learning",

@@ -1,0 +1,266 @@
+"""The one fit: Gauss–Newton under Student's t over all windows, whose starts are fitted with the parameters.
+
+A window's start is a measurement with the sensor's noise, never smoothed. It is eliminated window by window, so that
+each window's share of the normal equations can be subtracted when the window is excluded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.model.efforts import Stage
+from incsvr.model.factors import one_by_one
+from incsvr.model.series import effort_of
+from incsvr.model.simulation import predict
+from incsvr.model.structure import Structure, Theta, is_logarithm
+from incsvr.model.windows import Windows
+from incsvr.numerics import Array, robust_deviation, root_mean_square
+
+DEGREES = 6.0
+"""Degrees of freedom of Student's t: outliers of a gyro or a log weigh little; normal errors lose 5 % of weight."""
+PARTS_OF_UNIT = 1e-3
+"""Share of its unit by which a parameter is moved for a slope."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Windows that a structure is fitted to, and (windows,) the weight of each, 1 or 0; None where all count."""
+
+    windows: Windows
+    counts: Array | None = None
+
+    def without(self, windows: Array) -> Problem:
+        """The problem in which some windows (a mask) do not move θ."""
+        return Problem(self.windows, np.where(windows, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model.
+
+    Attributes:
+        structure, theta: the model.
+        problem: what it was fitted to.
+        starts: (axes, windows) fitted velocities at the windows' first edges.
+        scale: (axes,) Student's scale of the errors.
+        cost: (windows,) minus the logarithm of the likelihood, up to a constant.
+        normal, gradient: (windows, p, p) and (windows, p) each window's share of the normal equations, its start
+            eliminated, by units.
+        units: (p,) of the parameters.
+        error: (samples,) measured less predicted.
+        prior: (p,) the priors' share of the normal equations, by units.
+        by_theta: (axes, windows, p) by how much a step of θ, by units, lowers each window's fitted start.
+    """
+
+    structure: Structure
+    theta: Theta
+    problem: Problem
+    starts: Array
+    scale: Array
+    cost: Array
+    normal: Array
+    gradient: Array
+    units: Array
+    error: Array
+    prior: Array
+    by_theta: Array
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters, in the order of the normal equations."""
+        return self.structure.names
+
+    @property
+    def value(self) -> float:
+        """The cost of all windows and of the priors."""
+        return float(self.cost.sum()) + prior_cost(self.structure, self.theta)
+
+
+def prior_cost(structure: Structure, theta: Theta) -> float:
+    """The cost of parameters that have a prior."""
+    return float(sum(0.5 * (theta[name] / structure.prior(name)) ** 2 for name in structure.names))
+
+
+def fit(
+    structure: Structure,
+    theta: Mapping[str, float],
+    problem: Problem,
+    starts: Array | None = None,
+    rounds: int = 12,  # nearly all fits end by themselves before
+    tolerance: float = 1e-3,  # of the cost, one unit of which is a factor e of likelihood
+) -> Fit:
+    """Fits a structure from a θ.
+
+    Args:
+        theta: where it begins; parameters that the structure does not have are ignored.
+        starts: (axes, windows) where the windows' starts begin; None for the measured ones.
+    """
+    windows, names = problem.windows, structure.names
+    low, high = np.array([structure.bounds(name) for name in names]).reshape(-1, 2).T
+    point = np.clip(np.array([theta[name] for name in names]), low, high)
+    begin = windows.starts.copy() if starts is None else starts
+    units = np.array([unit(name, structure, theta, windows) for name in names])
+    counts = np.ones(windows.first.size) if problem.counts is None else problem.counts
+    inverse_prior = np.array([1.0 / structure.prior(name) ** 2 for name in names])
+    logarithms = np.array([is_logarithm(name) for name in names], dtype=bool)
+    error = windows.measured - predict(structure, point[:, None], windows, begin[:, None])[:, 0]
+    scale = scales(error, windows)
+    damping, state = 1e-4, None
+    for turn in range(rounds + 1):
+        state = slopes_of(structure, point, problem, begin, scale, units)
+        if turn == rounds:
+            break
+        normal = np.tensordot(counts, state.normal, 1) + np.diag(units**2 * inverse_prior)
+        slope = counts @ state.gradient - point * units * inverse_prior
+        now = float(counts @ state.cost) + 0.5 * float(point**2 @ inverse_prior)
+        gain = 0.0
+        for _ in range(6):
+            step = _bounded(
+                normal + damping * np.diag(np.diag(normal) + 1e-9), slope, (low - point) / units, (high - point) / units
+            )
+            moved = np.where(logarithms, np.clip(step * units, -0.7, 0.7), step * units)
+            new = np.clip(point + moved, low, high)
+            behind = begin - np.einsum("awp,p->aw", state.by_theta, step) + state.own
+            rest = windows.measured - predict(structure, new[:, None], windows, behind[:, None])[:, 0]
+            after = float(counts @ costs_of(rest, scale, problem, behind)) + 0.5 * float(new**2 @ inverse_prior)
+            if after < now:
+                gain = now - after
+                point, begin, scale, damping = new, behind, scales(rest, windows, scale), max(0.1 * damping, 1e-8)
+                break
+            damping *= 10.0
+        if gain == 0.0:
+            break
+        if gain < tolerance * max(1.0, 0.01 * np.sqrt(error.size)) and turn > 0:
+            state = slopes_of(structure, point, problem, begin, scale, units)
+            break
+    assert state is not None
+    return Fit(
+        structure, dict(zip(names, point.tolist(), strict=True)), problem, begin, scale, state.cost, state.normal,
+        state.gradient, units, state.error, units**2 * inverse_prior, state.by_theta,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Costs and normal equations at a point.
+
+    Attributes:
+        cost, normal, gradient, error, by_theta: as in `Fit`.
+        own: (axes, windows) the step of each window's start at this θ.
+    """
+
+    cost: Array
+    normal: Array
+    gradient: Array
+    error: Array
+    by_theta: Array
+    own: Array
+
+
+def slopes_of(structure: Structure, point: Array, problem: Problem, begin: Array, scale: Array, units: Array) -> Slopes:
+    """Costs and normal equations of every window at a point, by differences of all parameters side by side."""
+    windows, p = problem.windows, point.size
+    axes, count = begin.shape
+    columns = np.tile(point[:, None], (1, p + axes + 1))
+    columns[np.arange(p), np.arange(p)] += PARTS_OF_UNIT * units
+    starts = np.repeat(begin[:, None], p + axes + 1, axis=1)
+    nudge = PARTS_OF_UNIT * np.maximum(scale, windows.noise)
+    for i in range(axes):
+        starts[i, p + i] += nudge[i]
+    predicted = predict(structure, columns, windows, starts)
+    error = windows.measured - predicted[:, -1]
+    slopes = (predicted[:, :p] - predicted[:, -1:]) / PARTS_OF_UNIT
+    by_start = (predicted[:, p : p + axes] - predicted[:, -1:]) / nudge
+    of_sample = scale[windows.axis]
+    weight = (DEGREES + 1.0) / (DEGREES + (error / of_sample) ** 2) / of_sample**2
+    normal, gradient = np.empty((count, p, p)), np.empty((count, p))
+    by_theta, own = np.empty((axes, count, p)), np.empty((axes, count))
+    sensor = np.minimum(windows.noise, scale)  # the errors contain the sensor's noise, and more
+    bounds = np.searchsorted(windows.window, np.arange(count + 1))
+    for w in range(count):
+        part = slice(bounds[w], bounds[w + 1])
+        j, e = slopes[part], error[part]
+        weighted = j.T * weight[part]
+        normal[w], gradient[w] = weighted @ j, weighted @ e
+        j0 = by_start[part]
+        weighted0 = j0.T * weight[part]
+        across = weighted @ j0
+        inner = weighted0 @ j0 + np.diag(sensor**-2.0)
+        slope = weighted0 @ e - (begin[:, w] - windows.starts[:, w]) / sensor**2
+        solved = np.linalg.solve(inner, np.column_stack([across.T, slope]))
+        normal[w] -= across @ solved[:, :-1]
+        gradient[w] -= across @ solved[:, -1]
+        by_theta[:, w], own[:, w] = solved[:, :-1], solved[:, -1]
+    return Slopes(costs_of(error, scale, problem, begin), normal, gradient, error, by_theta, own)
+
+
+def _bounded(normal: Array, slope: Array, low: Array, high: Array) -> Array:
+    """The step of the normal equations; parameters that a bound stops are fixed there, and the others solved again."""
+    step, fixed = np.zeros(slope.size), np.zeros(slope.size, dtype=bool)
+    for _ in range(4):
+        free = ~fixed
+        rest = slope[free] - normal[np.ix_(free, fixed)] @ step[fixed]
+        step[free] = np.linalg.lstsq(normal[np.ix_(free, free)], rest, rcond=1e-12)[0]
+        beyond = free & ((step < low - 1e-15) | (step > high + 1e-15))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(step, low, high)[beyond]
+        fixed |= beyond
+    return np.clip(step, low, high)
+
+
+def costs_of(error: Array, scale: Array, problem: Problem, begin: Array) -> Array:
+    """(windows,) costs of the errors and of the fitted starts."""
+    windows = problem.windows
+    s = scale[windows.axis]
+    of_sample = np.log(s) + 0.5 * (DEGREES + 1.0) * np.log1p((error / s) ** 2 / DEGREES)
+    cost = np.bincount(windows.window, of_sample, windows.first.size)
+    sensor = np.minimum(windows.noise, scale)[:, None]
+    return np.asarray(cost + 0.5 * np.sum(((begin - windows.starts) / sensor) ** 2, axis=0))
+
+
+def scales(error: Array, windows: Windows, before: Array | None = None) -> Array:
+    """(axes,) Student's scale of the errors by maximum likelihood, at least half of their RMS.
+
+    Without the floor, windows at rest would make outliers of those that move; Student's scale is 0.8 of the RMS.
+    """
+    found = []
+    for i in range(len(windows.axes)):
+        own = np.clip(error[windows.axis == i], -1e5, 1e5)
+        rms = root_mean_square(own)
+        s = max(robust_deviation(own), 0.1 * rms) if before is None else float(before[i])
+        for _ in range(30 if before is None else 10):
+            s = float(np.sqrt(np.mean((DEGREES + 1.0) / (DEGREES + (own / (s + 1e-12)) ** 2) * own * own)))
+        found.append(max(s, 0.5 * rms) + 1e-12)
+    return np.array(found)
+
+
+def unit(name: str, structure: Structure, theta: Mapping[str, float], windows: Windows) -> float:
+    """How far a parameter moves for a visible change; that of a row makes the usual effort of its axis."""
+    if is_logarithm(name):
+        return 1.0
+    kind, _, rest = name.partition(":")
+    if kind == "shift":
+        return windows.step
+    if kind == "gain":
+        return 0.1
+    if kind == "mass":
+        a, b = rest.split("*")
+        return float(np.sqrt(structure.inertia(theta, a) * structure.inertia(theta, b)))
+    row = next(row for row in structure.rows if row.key == name)
+    axis = row.axis
+    if axis in structure.driven:
+        usual = float(np.std(windows.effort(axis, "linear", Stage())))
+    else:
+        usual = structure.inertia(theta, axis) * float(np.std(windows.velocity[axis]))
+    signals = {name: each[windows.at[:-1]] for name, each in {**windows.velocity, **windows.channel}.items()}
+    for each in structure.driven:
+        signals[effort_of(each)] = windows.effort(each, "linear", Stage())
+    if row.follows:
+        signals[f"~{row.key}"] = signals[row.follows]
+    part = row.parts[0]
+    size = np.sqrt(np.mean(np.square(one_by_one(part.one, signals) * one_by_one(part.other, signals))))
+    return usual / max(float(size), 1e-9)

@@ -1,0 +1,230 @@
+"""A vehicle from recordings: the plain model, C(ν), then the effects that it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from incsvr.model import rows as catalogue
+from incsvr.model.efforts import WAYS
+from incsvr.model.fitting import Fit, Problem, fit
+from incsvr.model.left_out import gain, left_out
+from incsvr.model.rows import Row, free_products, mirrored
+from incsvr.model.search import Found, search
+from incsvr.model.series import duration, effort_of, period, values
+from incsvr.model.start import start, time_constants
+from incsvr.model.structure import Structure
+from incsvr.model.windows import ANGLES, cut
+from incsvr.numerics import Array, Streams
+from incsvr.plant.axes import VELOCITIES
+
+
+@dataclass(frozen=True)
+class Identification:
+    """The plain model, and the best.
+
+    Attributes:
+        plain: mass, own damping, restoring, and C(ν) of M where several axes are predicted.
+        found: the model with the effects that the plain one lacks.
+    """
+
+    plain: Fit
+    found: Found
+
+
+def structure_of(
+    runs: Sequence[Streams], axes: Sequence[str], channels: Sequence[str] = (), given: Mapping[str, float] | None = None
+) -> Structure:
+    """The plain structure of some axes: own damping, restoring, C(M) for several; `given` are declared inertias."""
+    driven = tuple(
+        axis for axis in axes if all(effort_of(axis) in run for run in runs) and np.any(values(runs, effort_of(axis)))
+    )
+    recorded = [name for name in ANGLES if all(name in run for run in runs)]
+    rows = tuple(row for axis in axes for row in catalogue.damping(axis))
+    rows += catalogue.restoring(axes, recorded)
+    angles = [name for name in ("roll", "pitch") if name in recorded and {"roll_rate", "pitch_rate"} & set(axes)]
+    return Structure(
+        tuple(axes), driven, rows, tied=len(axes) > 1,
+        given={axis: float(np.log(value)) for axis, value in (given or {}).items()},
+        shift_priors={axis: 0.5 * period(runs, effort_of(axis)) for axis in driven},
+        channels=tuple(dict.fromkeys((*channels, *angles))),
+    )  # fmt: skip
+
+
+def plain_fit(
+    structure: Structure,
+    runs: Sequence[Streams],
+    constants: float = 3.0,  # of the slowest axis in a window, so that damping and inertia both show in it
+    fewest: float = 24.0,  # windows: with fewer neither folds nor blocks show the error of an estimate
+) -> Fit:
+    """The plain model; step and horizon follow its time constants, and the efforts' way between samples fits best."""
+    sample = min(period(runs, axis) for axis in structure.axes)
+    theta = start(structure, runs)
+    length = duration(runs, structure.axes[0])
+    scale = min(motion_scale(runs, axis) for axis in structure.axes)
+    fast, slow = (time_constants(structure, theta, runs, quantile) for quantile in (0.95, 0.5))
+    for turn in range(3):
+        step = step_of(sample, min(float(fast.min()), scale))
+        horizon = min(constants * float(slow.max()), length / fewest)
+        problem = Problem(cut(runs, structure, step, horizon))
+        begin: Array | None = None
+        if turn == 0:
+            tried = [
+                fit(replace(structure, ways=dict.fromkeys(structure.driven, way)), theta, problem, rounds=5)
+                for way in WAYS
+            ]
+            best = min(tried, key=lambda each: each.value)
+            structure, theta, begin = best.structure, dict(best.theta), best.starts
+        found = fit(structure, theta, problem, begin)
+        theta = dict(found.theta)
+        fast, slow = (time_constants(structure, theta, runs, quantile) for quantile in (0.95, 0.5))
+        near = 0.7 < step_of(sample, min(float(fast.min()), scale)) / step < 1.5
+        wanted = min(constants * float(slow.max()), length / fewest)
+        if near and 0.6 < wanted / horizon < 1.7:
+            break
+    return found
+
+
+def as_predictor(plain: Fit, runs: Sequence[Streams]) -> Fit:
+    """The plain model corrected by each sample; a measured effort is averaged where that predicts better."""
+    windows = plain.problem.windows
+    sample = min(period(runs, axis) for axis in plain.structure.axes)
+    fast = float(time_constants(plain.structure, dict(plain.theta), runs, 0.95).min())
+    scale = min(motion_scale(runs, axis) for axis in plain.structure.axes)
+    structure = replace(plain.structure, predictor=True)
+    problem = Problem(cut(runs, structure, step_of(sample, 0.25 * min(fast, scale)), windows.step * windows.steps))
+    gains = {f"gain:{axis}": 0.2 for axis in structure.axes}
+    best = fit(structure, {**plain.theta, **gains}, problem)
+    for axis in structure.driven:
+        more = structure.plus(stages=[("blur", axis)])
+        width = float(np.log(3.0 * period(runs, effort_of(axis))))
+        other = fit(more, {**best.theta, f"blur:{axis}": width}, problem, best.starts)
+        if other.value < best.value - 10.0:
+            best = other
+    return best
+
+
+def motion_scale(runs: Sequence[Streams], name: str) -> float:
+    """The lag at which a stream's autocorrelation falls below a half [s]."""
+    found = []
+    for run in runs:
+        t, v = run[name]
+        even = np.interp(np.linspace(t[0], t[-1], t.size), t, v)
+        even = even - even.mean()
+        spectrum = np.abs(np.fft.rfft(even, 2 * even.size)) ** 2
+        correlation = np.fft.irfft(spectrum)[: even.size]
+        below = np.flatnonzero(correlation < 0.5 * correlation[0])
+        found.append(float(below[0] if below.size else even.size) * (t[-1] - t[0]) / max(t.size - 1, 1))
+    return float(np.median(found))
+
+
+def step_of(sample: float, constant: float) -> float:
+    """An even part of the sample period [s]: at most two fifths of the fastest time constant.
+
+    Half a period at most, because a velocity bends where a command changes: coarser steps put inertias out of 17 of 64
+    intervals that hold 63 with these. An eighth at least, because no log shows faster motion.
+    """
+    parts = np.ceil(sample / (0.4 * constant) - 1e-9)
+    return float(sample / np.clip(2.0 * np.ceil(0.5 * parts), 2.0, 8.0))
+
+
+def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> dict[str, tuple[Row, ...]]:
+    """The effects that a structure may lack on each of its axes, by name the rows of each.
+
+    Args:
+        instants: tried for a jump of damping or thrust, evenly over the recordings.
+    """
+    names = set.intersection(*(set(run) for run in runs))
+    velocities = catalogue.recorded_velocities(tuple(names))
+    single = len(structure.axes) == 1
+    rows: list[Row] = []
+    found: dict[str, tuple[Row, ...]] = {}
+    for axis in structure.axes:
+        driven = axis in structure.driven
+        fast = float(np.quantile(np.abs(values(runs, axis)), 0.99))
+        rows += catalogue.own(axis, fast, driven)
+        others = [name for name in velocities if name != axis]
+        rows += catalogue.with_others(axis, others, driven)
+        if not single:
+            rows += catalogue.efforts_of_others(axis, structure.driven)
+            continue
+        if axis == "yaw_rate" and "heading" in structure.channels:
+            found |= catalogue.turned(axis)
+        if "time" in structure.channels:
+            span = values(runs, "time")
+            at = np.linspace(span.min(), span.max(), instants + 2)[1:-1]
+            found |= catalogue.of_time(axis, at.tolist(), driven)
+        for name in structure.channels:
+            if name not in (*VELOCITIES, *ANGLES, "time"):
+                rows += catalogue.of_channel(axis, name, driven)
+        scale = motion_scale(runs, axis)
+        rows.append(catalogue.memory(axis, (scale, 6.0 * scale)))
+    return {row.key: (row,) for row in rows if mirrored(row)} | found
+
+
+def identify(
+    runs: Sequence[Streams],
+    axes: Sequence[str],
+    given: Mapping[str, float] | None = None,
+    channels: Sequence[str] = (),
+    most: int = 6,  # of a dozen vehicles none had more effects
+    *,
+    say: Callable[[str], None] = lambda _: None,
+) -> Identification:
+    """The plain model of some axes, and the one with the effects that it lacks.
+
+    Args:
+        runs: the recordings.
+        axes: velocities that the model predicts.
+        given: declared inertias by axis [kg], [kg m²].
+        channels: other streams that may act on an axis.
+        most: effects that may be added.
+        say: takes a line for each decision.
+    """
+    names = set.intersection(*(set(run) for run in runs))
+    others = tuple(name for name in VELOCITIES if name in names and name not in axes) + tuple(channels)
+    plain = found = plain_fit(structure_of(runs, axes, others, given), runs)
+    windows = plain.problem.windows
+    say(
+        f"plain: step {windows.step:.3g} s, {windows.first.size} windows of {windows.steps * windows.step:.3g} s, "
+        f"efforts {dict(plain.structure.ways)}, cost {plain.value:.0f}"
+    )
+    if len(axes) > 1:
+        plain, found = choose_coriolis(plain, runs, say=say)
+    check = as_predictor(found, runs)
+    say(f"predictor: step {check.problem.windows.step:.3g} s, cost {check.value:.0f}")
+    return Identification(plain, search(found, check, pool(plain.structure, runs), most, say=say))
+
+
+def choose_coriolis(
+    plain: Fit,
+    runs: Sequence[Streams],
+    deviations: float = 3.0,  # by which a rival of C(M) has to win, because C(M) is the hypothesis
+    share: float = 0.75,  # of the folds in which it has to win
+    *,
+    say: Callable[[str], None] = lambda _: None,
+) -> tuple[Fit, Fit]:
+    """The plain model with C(ν) of M, from the best start, and the one that excluded recordings decide for.
+
+    C(M) is the hypothesis: products with coefficients of their own, or none, replace it only where they win clearly.
+    """
+    free = replace(plain.structure, tied=False).plus(rows=free_products(plain.structure.axes))
+    theta = {**start(free, runs), **{name: value for name, value in plain.theta.items() if name.startswith("shift")}}
+    rival = fit(free, theta, plain.problem, plain.starts)
+    of_rival = {name: rival.theta.get(name, value) for name, value in plain.theta.items()}
+    again = fit(plain.structure, of_rival, plain.problem, rival.starts)
+    plain = best = min(plain, again, key=lambda each: each.value)  # so that no local minimum decides
+    base = left_out(plain, exact=True)
+    without = replace(plain.structure, tied=False)
+    rivals = {
+        "free products": rival,
+        "no C(ν)": fit(without, start(without, runs), plain.problem, plain.starts),
+    }
+    for label, other in rivals.items():
+        reached = gain(base - left_out(other, exact=True), plain.problem.windows)
+        say(f"{label} in place of C(M): {reached}")
+        if reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value:
+            best = other
+    return plain, best

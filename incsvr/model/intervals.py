@@ -1,0 +1,62 @@
+"""Intervals of 95 % of fitted parameters over blocks of windows, widened by what halving the log changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.model.fitting import Fit, Problem, fit
+from incsvr.model.left_out import blocks
+from incsvr.model.series import every
+from incsvr.model.structure import is_logarithm
+from incsvr.model.windows import cut
+from incsvr.numerics import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """An estimate in its own unit, with the ends of its interval of 95 %.
+
+    Attributes:
+        value, low, high: in the parameter's unit.
+        moved: the change by fitting to every second sample, in half widths that the blocks give; beyond one, the log is
+            too coarse for the parameter.
+    """
+
+    value: float
+    low: float
+    high: float
+    moved: float
+
+
+def covariance(found: Fit) -> Array:
+    """(p, p) of the parameters, in θ's own units: over blocks of windows, no narrower than independent errors give."""
+    whole = found.normal.sum(axis=0) + np.diag(found.prior)
+    inverse = np.linalg.pinv(whole, rcond=1e-12)
+    block = blocks(found.problem.windows)
+    by_block = np.stack([np.bincount(block, found.gradient[:, j]) for j in range(found.gradient.shape[1])], axis=1)
+    n = by_block.shape[0]
+    spread = inverse @ (by_block.T @ by_block * n / max(n - inverse.shape[0], 1)) @ inverse
+    wider = np.sqrt(np.maximum(np.diag(inverse) / np.maximum(np.diag(spread), 1e-300), 1.0))
+    return np.asarray(spread * np.outer(wider * found.units, wider * found.units))
+
+
+def halved(found: Fit) -> Fit:
+    """The structure fitted to every second sample of every stream."""
+    windows, structure = found.problem.windows, found.structure
+    coarse = cut([every(run, 2) for run in windows.runs], structure, windows.step, windows.step * windows.steps)
+    return fit(structure, found.theta, Problem(coarse), rounds=8)
+
+
+def intervals(found: Fit, half: Fit | None = None) -> dict[str, Interval]:
+    """The interval of every parameter; `half` is the fit to every second sample, None where it was not made."""
+    result = {}
+    for name, deviation in zip(found.names, np.sqrt(np.diag(covariance(found))), strict=True):
+        at, width = found.theta[name], 1.96 * float(deviation)
+        change = abs(half.theta[name] - at) if half is not None else 0.0
+        width_of_both = float(np.hypot(width, change)) if change > width else width
+        ends = np.clip([at, at - width_of_both, at + width_of_both], *found.structure.bounds(name))
+        value, low, high = (np.exp(ends) if is_logarithm(name) else ends).tolist()
+        result[name] = Interval(value, low, high, change / max(width, 1e-300))
+    return result

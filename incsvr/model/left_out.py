@@ -1,0 +1,92 @@
+"""Cross-validation of a fit: folds, blocks, and the gain of one model over another on excluded windows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.model.fitting import Fit, costs_of, fit
+from incsvr.model.simulation import predict
+from incsvr.model.windows import Indices, Windows
+from incsvr.numerics import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Gain:
+    """The gain of one model over another on windows that its fit excluded.
+
+    Attributes:
+        total: of the logarithm of the likelihood.
+        deviations: the total in its own standard deviations, over blocks of windows.
+        agreeing: share of the folds in which it gains.
+    """
+
+    total: float
+    deviations: float
+    agreeing: float
+
+
+def folds(windows: Windows, few: int = 8) -> Indices:  # eight blocks of one recording are long, yet several
+    """(windows,) the fold of each: its recording, or one of `few` long blocks where there are fewer than three."""
+    count = windows.first.size
+    if len(windows.runs) >= 3:
+        return windows.run
+    return np.asarray(np.arange(count) * min(few, count) // count)
+
+
+def blocks(windows: Windows, most: int = 4) -> Indices:
+    """(windows,) the block of each: neighbours of one recording, whose errors may depend on each other."""
+    count = windows.first.size
+    length = int(np.clip(count // 16, 1, most))  # a deviation over sixteen blocks is right within a fifth
+    found, block, inside = np.zeros(count, dtype=np.intp), -1, 0
+    for w in range(count):
+        if w == 0 or windows.run[w] != windows.run[w - 1] or inside >= length:
+            block, inside = block + 1, 0
+        found[w] = block
+        inside += 1
+    return found
+
+
+def left_out(found: Fit, exact: bool = False) -> Array:
+    """(windows,) the cost of each window when its fold had no part in the fit.
+
+    Args:
+        exact: whether each fold's fit is made anew; else it is one damped Gauss–Newton step away, and simulated.
+    """
+    problem, windows = found.problem, found.problem.windows
+    fold, cost = folds(windows), found.cost.copy()
+    each = np.unique(fold)
+    if exact:
+        for k in each:
+            own = fold == k
+            anew = fit(found.structure, found.theta, problem.without(own), found.starts, rounds=2)
+            cost[own] = costs_of(anew.error, found.scale, problem, anew.starts)[own]
+        return cost
+    whole = found.normal.sum(axis=0) + np.diag(found.prior)
+    low, high = np.array([found.structure.bounds(name) for name in found.names]).reshape(-1, 2).T
+    point = np.array([found.theta[name] for name in found.names])
+    columns, begins = [], []
+    for k in each:
+        own = fold == k
+        rest = whole - found.normal[own].sum(axis=0)
+        rest += np.diag(0.01 * np.diag(whole))  # a parameter that only this fold shows stays near the whole's estimate
+        step = -np.linalg.lstsq(rest, found.gradient[own].sum(axis=0), rcond=1e-10)[0]
+        step = np.clip(step, (low - point) / found.units, (high - point) / found.units)
+        columns.append(point + step * found.units)
+        begins.append(found.starts - np.einsum("awp,p->aw", found.by_theta, step))
+    predicted = predict(found.structure, np.stack(columns, axis=1), windows, np.stack(begins, axis=1))
+    for j, k in enumerate(each):
+        own = fold == k
+        cost[own] = costs_of(windows.measured - predicted[:, j], found.scale, problem, begins[j])[own]
+    return cost
+
+
+def gain(by_window: Array, windows: Windows) -> Gain:
+    """The gain from (windows,) that of each window."""
+    block, fold = blocks(windows), folds(windows)
+    by_block, by_fold = np.bincount(block, by_window), np.bincount(fold, by_window)
+    n = by_block.size
+    deviation = np.sqrt(np.sum((by_block - by_block.mean()) ** 2) * n / max(n - 1, 1)) + 1e-12
+    present = np.bincount(fold) > 0
+    return Gain(float(by_block.sum()), float(by_block.sum() / deviation), float(np.mean(by_fold[present] > 0.0)))

@@ -1,0 +1,255 @@
+"""The rows of the equation of motion: terms that oppose an axis's effort, as θ times a product of factors.
+
+A row is data, so that a file can store it and an export can write it. Its name is the effect of CONTRACT, Section 5, or
+the hull's term; with its axis it is unique: `cross_flow:surge@yaw_rate`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from incsvr.model.series import effort_of
+from incsvr.plant.axes import AXES, LATERAL, VELOCITIES
+
+INF = float("inf")
+
+
+@dataclass(frozen=True, slots=True)
+class Factor:
+    """A function of one signal.
+
+    Attributes:
+        kind: one (1), value (x), size (|x|), square (x²), root (√|x|), sign (tanh(x / width)), sine, cosine, sine2 and
+            cosine2 (of the double angle), drag (x |x|), after (0 before the instant `width`, then 1), or a part of the
+            downward direction in the body's frame: down_x, down_y, down_z, from roll and pitch (Fossen 2011,
+            Eq. 2.18).
+        of: the signal's name: a velocity, an effort that acts, a channel, an angle, or a row's memory.
+        width: of a sign, or the instant of a step [unit of the signal].
+    """
+
+    kind: str
+    of: str = ""
+    width: float = 0.0
+
+
+ONE = Factor("one")
+
+
+def value(name: str) -> Factor:
+    """x"""
+    return Factor("value", name)
+
+
+def size(name: str) -> Factor:
+    """|x|"""
+    return Factor("size", name)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What a row contributes to one axis: θ times sign, times both factors.
+
+    Attributes:
+        axis: its velocity.
+        one, other: the factors.
+        sign: 1 or −1.
+    """
+
+    axis: str
+    one: Factor
+    other: Factor = ONE
+    sign: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One term that is linear in its coefficient θ.
+
+    Attributes:
+        name: of the effect or term.
+        parts: on the axes on which it acts; most rows have one.
+        low: θ is not below it.
+        high: θ is not above it.
+        drag: whether it has the axis's own velocity as a factor, so that it can drive or brake.
+        follows: the signal that its own memory follows with a lag, read as `~` and its key; empty where it has none.
+        lags: time constants from which the fit of the memory begins [s].
+    """
+
+    name: str
+    parts: tuple[Part, ...]
+    low: float = -INF
+    high: float = INF
+    drag: bool = False
+    follows: str = ""
+    lags: tuple[float, ...] = ()
+
+    @property
+    def axis(self) -> str:
+        """The velocity of the axis on which it acts, the first of several."""
+        return self.parts[0].axis
+
+    @property
+    def key(self) -> str:
+        """Its name among the parameters."""
+        return f"{self.name}@{self.axis}"
+
+
+def row(name: str, axis: str, one: Factor, other: Factor = ONE, low: float = -INF, drag: bool = False) -> Row:
+    """A row of one axis."""
+    return Row(name, (Part(axis, one, other),), low=low, drag=drag)
+
+
+def damping(rate: str) -> tuple[Row, ...]:
+    """Linear and quadratic damping of an axis by its own velocity; neither drives."""
+    return (
+        row("linear", rate, value(rate), low=0.0, drag=True),
+        row("quadratic", rate, size(rate), value(rate), low=0.0, drag=True),
+    )
+
+
+def own(rate: str, fast: float, driven: bool) -> tuple[Row, ...]:
+    """Effects of an axis's own velocity, its own effort and a constant.
+
+    Args:
+        fast: a velocity that is seldom passed.
+        driven: whether an effort of its own is recorded.
+    """
+    sign = Factor("sign", rate, 0.03 * fast)  # friction turns its sign within it; no log resolves less
+    found = [
+        row("bias_torque", rate, ONE),
+        row("cubic", rate, Factor("square", rate), value(rate), low=0.0, drag=True),
+        row("coulomb", rate, sign, low=0.0, drag=True),
+        row("coulomb_asymmetry", rate, sign, sign),
+    ]
+    if driven:
+        found.append(row("inflow", rate, value(rate), Factor("root", effort_of(rate)), low=0.0))
+    return tuple(found)
+
+
+def memory(rate: str, lags: Sequence[float]) -> Row:
+    """Drag by past motion, because the water around the hull follows it with a lag."""
+    return Row("memory", (Part(rate, value(f"~memory@{rate}")),), follows=rate, lags=tuple(lags))
+
+
+def turned(rate: str) -> dict[str, tuple[Row, ...]]:
+    """Moments that depend on the heading, by effect."""
+    kinds = {"heading_current": ("sine", "cosine"), "heading_current:2": ("sine2", "cosine2")}
+    found = {
+        name: tuple(row(f"{name}:{kind}", rate, Factor(kind, "heading")) for kind in pair)
+        for name, pair in kinds.items()
+    }
+    return found | {"tether": (row("tether", rate, value("heading")), row("bias_torque", rate, ONE))}
+
+
+def of_time(rate: str, instants: Sequence[float], driven: bool) -> dict[str, tuple[Row, ...]]:
+    """Changes during a recording, by effect; a step's name has its instant.
+
+    Args:
+        instants: at which damping or thrust may jump, in the time of the channel `time` [s].
+    """
+    found = {
+        "bias_drift": (row("bias_drift", rate, value("time")), row("bias_torque", rate, ONE)),
+        "drag_drift": (row("drag_drift", rate, value("time"), Factor("drag", rate), drag=True),),
+    }
+    if driven:
+        found["thrust_drift"] = (row("thrust_drift", rate, value("time"), value(effort_of(rate))),)
+    for instant in instants:
+        after = Factor("after", "time", instant)
+        found[f"drag_step:{instant:.4g}"] = (
+            row(f"drag_step:{instant:.4g}", rate, after, Factor("drag", rate), drag=True),
+        )
+        if driven:
+            found[f"thrust_step:{instant:.4g}"] = (
+                row(f"thrust_step:{instant:.4g}", rate, after, value(effort_of(rate))),
+            )
+    return found
+
+
+def with_others(rate: str, others: Sequence[str], driven: bool) -> tuple[Row, ...]:
+    """Effects of the body's other velocities on an axis, to second order.
+
+    Args:
+        others: velocities that are recorded, but the axis's own.
+        driven: whether an effort of the axis is recorded.
+    """
+    found = list[Row]()
+    for name in others:
+        found.append(row(f"cross_flow:{name}", rate, size(name), value(rate), low=0.0, drag=True))
+        found.append(row(f"coriolis:{name}*{rate}", rate, value(name), value(rate), drag=True))
+        found.append(row(f"coupling:{name}", rate, value(name)))
+        if driven:
+            found.append(row(f"thrust_speed:{name}", rate, size(name), value(effort_of(rate))))
+        if name in LATERAL and rate in LATERAL:
+            found.append(row(f"coupling:|{name}|{name}", rate, size(name), value(name)))
+        if rate not in LATERAL:
+            found.append(row(f"square:{name}", rate, value(name), value(name)))
+    for a, b in combinations(others, 2):
+        found.append(row(f"coriolis:{a}*{b}", rate, value(a), value(b)))
+    return tuple(found)
+
+
+def of_channel(rate: str, name: str, driven: bool) -> tuple[Row, ...]:
+    """Effects of a channel that is no velocity: a moment in proportion to it, damping or thrust that it scales."""
+    found = [
+        row(f"coupling:{name}", rate, value(name)),
+        row(f"modulation:{name}", rate, value(name), Factor("drag", rate), drag=True),
+    ]
+    if driven:
+        found.append(row(f"modulation:{name}:thrust", rate, value(name), value(effort_of(rate))))
+    return tuple(found)
+
+
+def efforts_of_others(rate: str, driven: Sequence[str]) -> tuple[Row, ...]:
+    """Parts of other axes' efforts that act on this one, because thrusters are not aligned."""
+    return tuple(row(f"effort:{name}", rate, value(effort_of(name))) for name in driven if name != rate)
+
+
+def free_products(axes: Sequence[str]) -> tuple[Row, ...]:
+    """The products of C(ν) ν of a diagonal M, each with a coefficient of its own."""
+    return tuple(
+        row(f"coriolis:{a}*{b}", axis.rate, value(a), value(b))
+        for axis in AXES.values()
+        for a, b in axis.products
+        if a != b and {axis.rate, a, b} <= set(axes)
+    )
+
+
+def restoring(axes: Sequence[str], recorded: Sequence[str]) -> tuple[Row, ...]:
+    """Righting moments, and weight less buoyancy, where roll and pitch are recorded (Fossen 2011, Eq. 4.6)."""
+    found = []
+    down = {"surge": Factor("down_x"), "sway": Factor("down_y"), "heave": Factor("down_z")}
+    if {"roll", "pitch"} <= set(recorded):
+        if "roll_rate" in axes:
+            found.append(row("righting", "roll_rate", down["sway"]))
+        if "pitch_rate" in axes:
+            found.append(Row("righting", (Part("pitch_rate", down["surge"], ONE, -1.0),)))
+        if "heave" in axes:
+            parts = [Part(axis, down[axis], ONE, -1.0) for axis in ("heave", "surge", "sway") if axis in axes]
+            found.append(Row("weight", tuple(parts)))
+    return tuple(found)
+
+
+UNSIDED = (
+    "cross_flow", "thrust_speed", "cubic", "coulomb", "inflow", "linear", "quadratic", "memory", "bias_torque",
+)  # fmt: skip
+"""Rows that every hull may have."""
+
+
+def mirrored(row: Row) -> bool:
+    """Whether a hull whose port mirrors its starboard can have a row: both its sides change their sign, or neither."""
+    kind, _, of = row.name.partition(":")
+    names = [name.strip("|") for name in of.split("*")] if of else []
+    odd = sum(name in LATERAL for name in names) % 2 == 1
+    lateral = row.axis in LATERAL
+    if kind in UNSIDED or not set(names) & set(VELOCITIES):
+        return True
+    if kind in ("coriolis", "coupling", "effort"):
+        return odd == lateral
+    return not lateral
+
+
+def recorded_velocities(names: Sequence[str]) -> tuple[str, ...]:
+    """The streams that are velocities of the body, in the order of ν."""
+    return tuple(name for name in VELOCITIES if name in names)
