@@ -14,6 +14,7 @@ import numpy as np
 
 from incsvr.checks.curve import Curve
 from incsvr.checks.misfit import MAX_ROTOR_LAG_S, UNCLEAR, Scales, could_tell, late_since_then, misfit
+from incsvr.checks.onset import onset
 from incsvr.checks.power import turned_round, turns
 from incsvr.checks.response import Estimate, Residual, causes
 from incsvr.checks.state import State, Vehicle
@@ -85,6 +86,8 @@ def respond(
             findings = late_since_then(seen, found, scales, until_then)
         else:
             findings = misfit(seen, found, scales, state.kinds, joint)
+            if place == 0 and not findings and state.paused_since is None:
+                findings = onset(seen, scales)
         # sway answers a step later than yaw, and is in no curve of it
         if turned_round(samples, vehicle.inertia):
             findings = [finding for finding in findings if finding.kind != UNCLEAR]

@@ -283,3 +283,12 @@ def test_a_vehicle_that_rolls_turns_its_heading_otherwise_than_the_gyro_says() -
 def test_a_heading_in_degrees_is_said() -> None:
     _, verdicts = guided(heading(1.0, 0.0, unit=180.0 / np.pi))
     assert any("give it in rad" in finding.sentence for verdict in verdicts for finding in verdict.findings)
+
+
+def test_what_begins_seconds_before_the_end_of_a_batch_is_not_learned_with_it() -> None:
+    _, sound = guided(streams({}))
+    batch = next(verdict.span for verdict in sound if verdict.span[0] < FAILS < verdict.span[1])
+    assert batch[1] - FAILS < 12.0
+    for change in (lambda t, v, here, rng: (t, np.where(here, -v, v)), lambda t, v, here, rng: (t, v - 60.0 * here)):
+        _, verdicts = guided(streams({"torque": change}))
+        assert [verdict.learn for verdict in verdicts if verdict.span == batch] == [False]
