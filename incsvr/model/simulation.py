@@ -1,7 +1,8 @@
 """The one integrator: Runge–Kutta of fourth order, all windows and all columns of parameters side by side.
 
-Beside the velocities go the angles that follow from them and the memories of rows. A predictor is corrected after each
-step by its samples: a Kalman filter of fixed gain (L. Ljung, System Identification, 2nd ed., Section 4.3).
+Beside the velocities go the angles that follow from them and the memories of rows. A predictor also has a disturbance
+on each axis, an acceleration that stays until a sample contradicts it: water pushes for seconds. It is corrected after
+each step by its samples: a Kalman filter of fixed gain (L. Ljung, System Identification, 2nd ed., Section 4.3).
 """
 
 from __future__ import annotations
@@ -239,7 +240,7 @@ def _by_step(windows: Windows) -> list[Indices]:
 def _correct(
     state: Array, before: Array, slope: Array, windows: Windows, samples: Indices, gains: tuple[Array, Array]
 ) -> None:
-    """Moves each velocity after a step by its gain times the innovation of the step's sample, and the disturbance too."""
+    """Moves each velocity, and its disturbance, by its gain times the innovation of a step's sample."""
     i, w, f = windows.axis[samples], windows.window[samples], windows.part[samples][:, None]
     a, b, rise = before[:, i, w].T, state[:, i, w].T, windows.step * slope[:, i, w].T
     predicted = np.where(f > 0.999, b, a + f * rise + f * f * (b - a - rise))
