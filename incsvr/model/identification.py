@@ -95,7 +95,7 @@ def as_predictor(plain: Fit, runs: Sequence[Streams]) -> Fit:
     scale = min(motion_scale(runs, axis) for axis in plain.structure.axes)
     structure = replace(plain.structure, predictor=True)
     problem = Problem(cut(runs, structure, step_of(sample, 0.25 * min(fast, scale)), windows.step * windows.steps))
-    gains = {f"gain:{axis}": 0.2 for axis in structure.axes}
+    gains = {f"gain:{axis}": 0.2 for axis in structure.axes} | {f"drift:{axis}": 0.0 for axis in structure.axes}
     best = fit(structure, {**plain.theta, **gains}, problem)
     for axis in structure.driven:
         more = structure.plus(stages=[("blur", axis)])

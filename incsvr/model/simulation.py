@@ -1,7 +1,8 @@
 """The one integrator: Runge–Kutta of fourth order, all windows and all columns of parameters side by side.
 
-Beside the velocities go the angles that follow from them and the memories of rows. A predictor is corrected after each
-step by its samples: a Kalman filter of fixed gain (L. Ljung, System Identification, 2nd ed., Section 4.3).
+Beside the velocities go the angles that follow from them and the memories of rows. A predictor also has a disturbance
+on each axis, an acceleration that stays until a sample contradicts it: water pushes for seconds. It is corrected after
+each step by its samples: a Kalman filter of fixed gain (L. Ljung, System Identification, 2nd ed., Section 4.3).
 """
 
 from __future__ import annotations
@@ -94,6 +95,8 @@ class Motion:
         ]
         self._memories = [row for row in structure.rows if row.follows]
         states = [*structure.axes, *self._angles, *(f"~{row.key}" for row in self._memories)]
+        if structure.predictor:
+            states += [f"~disturbance@{axis}" for axis in structure.axes]
         self._outside = [effort_of(axis) for axis in structure.driven]
         self._outside += [name for name in structure.channels if name not in states]
         signals = [*states, *self._outside]
@@ -114,13 +117,18 @@ class Motion:
         for row in self._memories:
             constants = self._value[f"time:{row.key}"]
             parts.append(np.stack([windows.memory(row, float(constant)) for constant in constants]))
+        parts += [np.zeros(1)] * (self._states - len(parts))  # disturbances
         return np.stack([np.broadcast_to(part, shape) for part in parts], axis=1)
 
-    def gains(self) -> Array | None:
-        """(columns, axes) of a predictor."""
+    def gains(self) -> tuple[Array, Array] | None:
+        """(columns, axes) of a predictor: of the velocities, and of the disturbances [1/s]."""
         if not self._structure.predictor:
             return None
-        return np.stack([self._value[f"gain:{axis}"] for axis in self._structure.axes], axis=1)
+        gain, drift = (
+            np.stack([self._value[f"{kind}:{axis}"] for axis in self._structure.axes], axis=1)
+            for kind in ("gain", "drift")
+        )
+        return gain, drift
 
     def outside(self, k: int) -> tuple[Array, Array, Array]:
         """Efforts and channels at the beginning, middle and end of step k; efforts are means of the step."""
@@ -144,6 +152,9 @@ class Motion:
         for j, (row, constant) in enumerate(zip(self._memories, self._constants, strict=True)):
             at = size + len(self._angles) + j
             out[:, at] = (signals[:, self._place[row.follows]] - state[:, at]) / constant
+        if self._structure.predictor:  # an acceleration that lasts until a sample contradicts
+            out[:, :size] += state[:, -size:]
+            out[:, -size:] = 0.0
         return out
 
     def _gather(self, signals: list[str], masses: Array) -> None:
@@ -226,9 +237,14 @@ def _by_step(windows: Windows) -> list[Indices]:
     return [order[a:b] for a, b in pairwise(bounds)]
 
 
-def _correct(state: Array, before: Array, slope: Array, windows: Windows, samples: Indices, gains: Array) -> None:
-    """Moves each velocity after a step by its gain times the innovation of the step's sample."""
+def _correct(
+    state: Array, before: Array, slope: Array, windows: Windows, samples: Indices, gains: tuple[Array, Array]
+) -> None:
+    """Moves each velocity, and its disturbance, by its gain times the innovation of a step's sample."""
     i, w, f = windows.axis[samples], windows.window[samples], windows.part[samples][:, None]
     a, b, rise = before[:, i, w].T, state[:, i, w].T, windows.step * slope[:, i, w].T
     predicted = np.where(f > 0.999, b, a + f * rise + f * f * (b - a - rise))
-    state[:, i, w] += gains[:, i] * (windows.measured[samples][:, None] - predicted).T
+    innovation = (windows.measured[samples][:, None] - predicted).T
+    gain, drift = gains
+    state[:, i, w] += gain[:, i] * innovation
+    state[:, i - len(windows.axes), w] += drift[:, i] * innovation

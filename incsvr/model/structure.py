@@ -68,13 +68,15 @@ class Structure:
         found += [f"shift:{axis}" for axis in self.driven if axis in self.shift_priors]
         found += [f"{kind}:{axis}" for kind, axis in self.stages]
         if self.predictor:
-            found += [f"gain:{axis}" for axis in self.axes]
+            found += [f"{kind}:{axis}" for kind in ("gain", "drift") for axis in self.axes]
         return tuple(found)
 
     def bounds(self, name: str) -> tuple[float, float]:
         """(lowest, highest) value of a parameter."""
         if name.startswith("gain:"):
             return 0.0, 1.0
+        if name.startswith("drift:"):
+            return 0.0, np.inf
         if name.startswith("shift:"):  # two deviations are a period: what is more is a delay
             prior = self.prior(name)
             return (-np.inf, np.inf) if prior >= NO_PRIOR else (-2.0 * prior, 2.0 * prior)
