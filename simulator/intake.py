@@ -32,7 +32,7 @@ class Unheard(Failed):
 
 
 class Intake:
-    """Of one learner, whose iterations learn `batch` samples each, from now on."""
+    """Watches from now on what one learner takes in; its iterations learn `batch` samples each."""
 
     def __init__(self, session: zenoh.Session, keys: Keys, stop: threading.Event, batch: int = 1) -> None:
         self._session, self._keys, self._stop, self._batch = session, keys, stop, batch

@@ -37,7 +37,8 @@ UNEXPLAINED_DAMPING_SHARE = 0.15
 MIN_ANSWERED_SHARE = 0.2
 """Part of it by which it turns the vehicle at least: a ship whose sway takes most of her rudder's moment by 0.27."""
 MAX_ANSWERED_VARIATION = 0.5
-"""The same of its variation, which a wrong curve hardly changes."""
+"""Part of the variation of what drag leaves of a torque by which that turns the vehicle at least; a wrong curve hardly
+changes it."""
 CERTAIN_DEVIATIONS = 2.0
 """Standard deviations by which that is less."""
 STREAM_WORDS = {"yaw_rate": "{rate}", "torque": "{effort}"}

@@ -66,7 +66,7 @@ class Learned:
 
     @property
     def _units(self) -> tuple[str, str]:
-        """Of the axis's rate and effort."""
+        """The units of the axis's rate and effort."""
         return ("m/s", "N") if AXES[self.axis].along else ("rad/s", "N m")
 
     def vehicle(self) -> Vehicle:

@@ -59,7 +59,7 @@ def test_a_torque_that_moves_nothing_answers_nothing(torque: float) -> None:
         trace([drifting(torque)], inertia=INERTIA)
 
 
-SMALL = 1.125
+SMALL_INERTIA_KG_M2 = 1.125
 """Moment of inertia of the small vehicle [kg m²]."""
 
 
@@ -70,7 +70,7 @@ def driven(asked: Array, half: float) -> Run:
     thrust = (np.sign(asked) * np.maximum(np.abs(asked) - half, 0.0) + water).tolist()
     rate = [0.0]
     for push in thrust[:-1]:
-        rate.append(rate[-1] + step / SMALL * (push - 0.8 * rate[-1] - 1.6 * rate[-1] * abs(rate[-1])))
+        rate.append(rate[-1] + step / SMALL_INERTIA_KG_M2 * (push - 0.8 * rate[-1] - 1.6 * rate[-1] * abs(rate[-1])))
     time = step * np.arange(asked.size, dtype=np.float64)[::5]
     seen = np.array(rate)[::5] + 2e-3 * random.normal(size=time.size)
     return Run("levels", time, seen, asked[::5], {})
@@ -81,7 +81,7 @@ STAIRS = np.tile(np.repeat([0.25, 0.0, -0.25, 0.5, 0.0, -0.5, 1.0, 0.0, -1.0, 0.
 
 @pytest.mark.slow
 def test_a_band_is_told_under_a_few_levels() -> None:
-    found = trace([driven(6.0 * STAIRS, 0.3)], inertia=SMALL, torque="commanded")
+    found = trace([driven(6.0 * STAIRS, 0.3)], inertia=SMALL_INERTIA_KG_M2, torque="commanded")
     assert [effect.effect for effect in found.effects] == ["dead_zone"]
     assert found.effects[0].parameters["half_width_nm"] == pytest.approx(0.3, abs=0.1)
 
@@ -90,5 +90,5 @@ def test_a_band_is_told_under_a_few_levels() -> None:
 def test_what_silences_the_noise_of_a_measured_torque_is_no_dead_band() -> None:
     run = driven(6.0 * STAIRS, 0.0)
     noisy = replace(run, torque=run.torque + np.random.default_rng(7).normal(0.0, 0.2, run.time.size))
-    found = trace([noisy], inertia=SMALL)
+    found = trace([noisy], inertia=SMALL_INERTIA_KG_M2)
     assert "dead_zone" not in [effect.effect for effect in found.effects]

@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.numerics import Array, Stream, Streams
 
 STEP = 0.002
-"""Of the integration [s], by the midpoint rule."""
+"""Step of the integration by the midpoint rule [s]."""
 
 
 @dataclass(frozen=True)

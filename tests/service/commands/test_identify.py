@@ -187,7 +187,7 @@ def test_a_flag_of_no_use_is_refused(
 def test_a_vehicle_file_declares_the_mass_matrix(
     dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Of a copy with another inertia of yaw, `fit` and `trace` take its body, `identify` what is known of it."""
+    """`fit` and `trace` take the body of a vehicle file with another yaw inertia, `identify` its known values."""
     values = (dives / "vehicle.yaml").read_text(encoding="utf-8")
     copy, log = tmp_path / "other.yaml", str(dives / "one.csv")
     known = read_vehicle(dives / "vehicle.yaml").mass[("yaw", "yaw")].value
