@@ -183,9 +183,10 @@ def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 1
     table = []
     for number in numbers:
         prefixes = [KEYS.prefix, *(f"vehicle{index}/yaw" for index in range(1, number))]
+        own = {f"vehicle{index}": {"prefix": prefix} for index, prefix in enumerate(prefixes)}
         quick = {"sample_period": 0.2, "smoothing": 0.12, "gap": 0.2, "lateness": 0.2}
         with (
-            learner(signals=quick, also=[{"prefix": prefix} for prefix in prefixes[1:]]) as subject,
+            learner(signals=quick, learners=own) as subject,
             partner("many", subject.endpoint, *prefixes),
         ):
             time.sleep(3.0)

@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks import learner_times
 from benchmarks.bench import text
+from benchmarks.bus import cost_of_many
 from benchmarks.study import provenance
 
 
@@ -43,3 +44,10 @@ def test_the_step_is_far_faster_than_the_papers_passes_and_the_signals_keep_up(r
     assert result["ratio_to"]["coordinate_descent"] > 10.0
     assert result["signals"]["batched_per_second"] > 200_000
     assert result["signals"]["single_per_second"] > 20_000
+
+
+@pytest.mark.slow
+def test_learners_of_one_process_are_measured() -> None:
+    (few,) = cost_of_many((2,), seconds=1.0)
+    assert few["learners"] == 2
+    assert few["resident_mb"] > 0.0
