@@ -7,7 +7,7 @@ each window's share of the normal equations can be subtracted when the window is
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -118,7 +118,7 @@ def fit(
         now = float(counts @ state.cost) + 0.5 * float(point**2 @ inverse_prior)
         gain = 0.0
         for _ in range(6):
-            step = _bounded(
+            step = bounded(
                 normal + damping * np.diag(np.diag(normal) + 1e-9), slope, (low - point) / units, (high - point) / units
             )
             moved = np.where(logarithms, np.clip(step * units, -0.7, 0.7), step * units)
@@ -150,6 +150,8 @@ class Slopes:
     Attributes:
         cost, normal, gradient, error, by_theta: as in `Fit`.
         own: (axes, windows) the step of each window's start at this θ.
+        by: (samples, p + axes) slopes of the predictions by units of θ, then by the starts.
+        across, inner: (windows, p, axes), (windows, axes, axes) parts of the normal equations of θ and the starts.
     """
 
     cost: Array
@@ -158,12 +160,15 @@ class Slopes:
     error: Array
     by_theta: Array
     own: Array
+    by: Array
+    across: Array
+    inner: Array
 
 
 def slopes_of(structure: Structure, point: Array, problem: Problem, begin: Array, scale: Array, units: Array) -> Slopes:
     """Costs and normal equations of every window at a point, by differences of all parameters side by side."""
     windows, p = problem.windows, point.size
-    axes, count = begin.shape
+    axes = len(begin)
     columns = np.tile(point[:, None], (1, p + axes + 1))
     columns[np.arange(p), np.arange(p)] += PARTS_OF_UNIT * units
     starts = np.repeat(begin[:, None], p + axes + 1, axis=1)
@@ -171,33 +176,43 @@ def slopes_of(structure: Structure, point: Array, problem: Problem, begin: Array
     for i in range(axes):
         starts[i, p + i] += nudge[i]
     predicted = predict(structure, columns, windows, starts)
+    by = (predicted[:, :-1] - predicted[:, -1:]) / np.r_[np.full(p, PARTS_OF_UNIT), nudge]
     error = windows.measured - predicted[:, -1]
-    slopes = (predicted[:, :p] - predicted[:, -1:]) / PARTS_OF_UNIT
-    by_start = (predicted[:, p : p + axes] - predicted[:, -1:]) / nudge
-    of_sample = scale[windows.axis]
-    weight = (DEGREES + 1.0) / (DEGREES + (error / of_sample) ** 2) / of_sample**2
-    normal, gradient = np.empty((count, p, p)), np.empty((count, p))
-    by_theta, own = np.empty((axes, count, p)), np.empty((axes, count))
+    weight = weights(error, scale, windows)
+    blocks = np.stack([by[part].T @ (by[part] * weight[part, None]) for part in windows.samples])
+    across = blocks[:, :p, p:]
+    inner = blocks[:, p:, p:] + np.diag(np.minimum(windows.noise, scale) ** -2.0)
+    by_theta = np.linalg.solve(inner, across.transpose(0, 2, 1))
+    normal = blocks[:, :p, :p] - across @ by_theta
+    cost, nothing = costs_of(error, scale, problem, begin), np.empty(0)
+    found = Slopes(cost, normal, nothing, error, by_theta.transpose(1, 0, 2), nothing, by, across, inner)
+    gradient, own = gradients(found, error[:, None], scale, problem, begin[:, None])
+    return replace(found, gradient=gradient[..., 0], own=own[:, 0])
+
+
+def gradients(slopes: Slopes, error: Array, scale: Array, problem: Problem, begin: Array) -> tuple[Array, Array]:
+    """Gradients (windows, p, columns) and steps of the starts (axes, columns, windows), at points near the slopes' own.
+
+    Args:
+        error: (samples, columns) at each point.
+        begin: (axes, columns, windows) its starts.
+    """
+    windows, p = problem.windows, slopes.by.shape[1] - len(begin)
+    weighted = weights(error, scale, windows) * error
+    sums = np.stack([slopes.by[part].T @ weighted[part] for part in windows.samples])
     sensor = np.minimum(windows.noise, scale)  # the errors contain the sensor's noise, and more
-    bounds = np.searchsorted(windows.window, np.arange(count + 1))
-    for w in range(count):
-        part = slice(bounds[w], bounds[w + 1])
-        j, e = slopes[part], error[part]
-        weighted = j.T * weight[part]
-        normal[w], gradient[w] = weighted @ j, weighted @ e
-        j0 = by_start[part]
-        weighted0 = j0.T * weight[part]
-        across = weighted @ j0
-        inner = weighted0 @ j0 + np.diag(sensor**-2.0)
-        slope = weighted0 @ e - (begin[:, w] - windows.starts[:, w]) / sensor**2
-        solved = np.linalg.solve(inner, np.column_stack([across.T, slope]))
-        normal[w] -= across @ solved[:, :-1]
-        gradient[w] -= across @ solved[:, -1]
-        by_theta[:, w], own[:, w] = solved[:, :-1], solved[:, -1]
-    return Slopes(costs_of(error, scale, problem, begin), normal, gradient, error, by_theta, own)
+    away = (begin - windows.starts[:, None]).transpose(2, 0, 1) / sensor[:, None] ** 2
+    own = np.linalg.solve(slopes.inner, sums[:, p:] - away)
+    return sums[:, :p] - slopes.across @ own, own.transpose(1, 2, 0)
 
 
-def _bounded(normal: Array, slope: Array, low: Array, high: Array) -> Array:
+def weights(error: Array, scale: Array, windows: Windows) -> Array:
+    """Student's weights of errors, (samples,) or (samples, columns)."""
+    s = scale[windows.axis].reshape(-1, *(1,) * (error.ndim - 1))
+    return np.asarray((DEGREES + 1.0) / (DEGREES + (error / s) ** 2) / s**2)
+
+
+def bounded(normal: Array, slope: Array, low: Array, high: Array) -> Array:
     """The step of the normal equations; parameters that a bound stops are fixed there, and the others solved again."""
     step, fixed = np.zeros(slope.size), np.zeros(slope.size, dtype=bool)
     for _ in range(4):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,12 +74,18 @@ class Windows:
     velocity: dict[str, Array]
     _cache: dict[tuple[object, ...], Array] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def steps(self) -> int:
         """Steps of the longest window."""
         return int(self.count.max())
 
-    @property
+    @cached_property
+    def samples(self) -> list[slice]:
+        """The samples of each window."""
+        bounds = np.searchsorted(self.window, np.arange(self.first.size + 1)).tolist()
+        return [slice(a, b) for a, b in pairwise(bounds)]
+
+    @cached_property
     def at(self) -> Indices:
         """(steps + 1, windows) place of each window's edges; a short window repeats its last."""
         return np.asarray(np.minimum(self.first + np.arange(self.steps + 1)[:, None], self.first + self.count))
