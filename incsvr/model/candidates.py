@@ -8,28 +8,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.model.rows import Row
-from incsvr.model.series import effort_of, values
+from incsvr.model.series import effort_of, period, values
 from incsvr.model.structure import NO_PRIOR, Structure
 from incsvr.model.windows import Windows
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Something that a model may lack.
+    """Something that a model may lack, at one of the places where the fit of it may begin.
 
     Attributes:
         name: the effect.
         structure: the model with it.
-        own: the parameter that shows whether it is there.
         start: parameters that it brings, and where their fit begins.
-        rows: that it adds and that vanish with their coefficients; empty for what is no row.
+        rows: that it adds and that vanish with their coefficients; empty for what is no such row.
+        one_sided: whether only the direction from nothing to `start` makes sense.
     """
 
     name: str
     structure: Structure
-    own: str
     start: Mapping[str, float]
     rows: tuple[Row, ...] = ()
+    one_sided: bool = False
 
 
 def candidates(structure: Structure, effects: Mapping[str, Sequence[Row]], windows: Windows) -> list[Candidate]:
@@ -39,25 +39,45 @@ def candidates(structure: Structure, effects: Mapping[str, Sequence[Row]], windo
         found += _of_stages(structure, axis, windows)
         if structure.shift_priors.get(axis, np.inf) < NO_PRIOR:
             wide = replace(structure, shift_priors={**structure.shift_priors, axis: NO_PRIOR})
-            found.append(Candidate(f"delay@{axis}", wide, f"shift:{axis}", {}))
+            beat = period(windows.runs, effort_of(axis))
+            found += [
+                Candidate(f"delay@{axis}", wide, {f"shift:{axis}": beats * beat}, one_sided=True)
+                for beats in (2.0, 5.0, -3.0)
+            ]
         if axis in structure.given:
-            mass = f"mass:{axis}"
-            found.append(Candidate(f"inertia@{axis}", structure.plus(free=[axis]), mass, {mass: structure.given[axis]}))
+            start = {f"mass:{axis}": structure.given[axis] + 0.05}
+            found.append(Candidate(f"inertia@{axis}", structure.plus(free=[axis]), start))
     return found
 
 
-def of_estimator(structure: Structure, base: Structure) -> Structure:
-    """A structure as a base is estimated: by prediction or not, with its average over a measured effort's noise."""
-    blurs = tuple(stage for stage in base.stages if stage[0] == "blur" and stage not in structure.stages)
-    return replace(structure, predictor=base.predictor, stages=structure.stages + blurs)
+def without(structure: Structure, candidate: Candidate, plain: Structure) -> Structure:
+    """A structure without what a candidate had brought, as the plain one has it."""
+    brought = set(candidate.start)
+    axes = {name.partition(":")[2] for name in brought}
+    return replace(
+        structure,
+        rows=tuple(row for row in structure.rows if row.key not in brought),
+        stages=tuple((kind, axis) for kind, axis in structure.stages if f"{kind}:{axis}" not in brought),
+        given={**structure.given, **{a: v for a, v in plain.given.items() if a in axes and f"mass:{a}" in brought}},
+        shift_priors={
+            **structure.shift_priors,
+            **{a: v for a, v in plain.shift_priors.items() if f"shift:{a}" in brought},
+        },
+    )
 
 
-def rank(name: str) -> int:
-    """The order in which equal effects are preferred: 0 first, then those that can imitate many others."""
-    kind = name.partition("@")[0].partition(":")[0]
-    if kind in ("memory", "drag_step", "thrust_step"):
-        return 2
-    return 1 if kind in ("coulomb_asymmetry", "modulation") else 0
+def scales_thrust(name: str) -> bool:
+    """Whether an effect changes what an effort does, so that an effort that is mostly noise cannot show it."""
+    kind = name.partition("@")[0]
+    stages = ("inertia", "dead", "exponent", "limit", "reverse", "inflow", "lag", "delay")
+    return kind in stages or kind.startswith("thrust_") or kind.endswith(":thrust")
+
+
+def rank(candidate: Candidate) -> tuple[int, int, int]:
+    """The order in which equal effects are preferred: those that imitate few others, of few numbers, of no channel."""
+    kind, _, of = candidate.name.partition("@")[0].partition(":")
+    imitates = 2 if kind in ("memory", "drag_step", "thrust_step") else kind in ("coulomb_asymmetry", "modulation")
+    return int(imitates), len(candidate.start), int(bool(of))
 
 
 def _of_rows(structure: Structure, effects: Mapping[str, Sequence[Row]]) -> Iterator[Candidate]:
@@ -67,28 +87,30 @@ def _of_rows(structure: Structure, effects: Mapping[str, Sequence[Row]]) -> Iter
         new = tuple(row for row in rows if row.key not in have)
         if not new or new[0] is not rows[0]:
             continue
-        own, more, start = new[0].key, structure.plus(rows=new), {row.key: 0.0 for row in new}
+        own, more = new[0].key, structure.plus(rows=new)
         name = effect if "@" in effect else f"{effect}@{new[0].axis}"
         if not new[0].lags:
-            yield Candidate(name, more, own, start, new)
+            yield Candidate(name, more, {row.key: 0.0 for row in new}, new)
         for lag in new[0].lags:
-            yield Candidate(name, more, own, {**start, f"time:{own}": float(np.log(lag))})
+            yield Candidate(name, more, {own: 0.0, f"time:{own}": float(np.log(lag))})
 
 
 def _of_stages(structure: Structure, axis: str, windows: Windows) -> Iterator[Candidate]:
     """Stages that the effort of an axis does not pass yet; thrust astern only where both directions were used."""
     top = windows.largest(effort_of(axis))
     effort = values(windows.runs, effort_of(axis))
-    starts = {
-        "lag": [np.log(2.0 * windows.step)],
-        "dead": [np.log(0.05 * top), np.log(0.2 * top)],
-        "limit": [np.log(0.8 * top), np.log(0.5 * top)],
-        "exponent": [0.2, -0.2],
+    beat = period(windows.runs, axis)
+    starts: dict[str, Sequence[float]] = {
+        "lag": [np.log(beats * beat) for beats in (0.5, 1.0, 2.0, 4.0)],
+        "dead": [np.log(share * top) for share in (0.03, 0.1, 0.3)],
+        "limit": [np.log(share * top) for share in (0.9, 0.7, 0.5)],
+        "exponent": [0.1],
     }
     if np.quantile(effort, 0.05) < -0.05 * top and np.quantile(effort, 0.95) > 0.05 * top:
-        starts["reverse"] = [0.0]
+        starts["reverse"] = [0.1]
     for kind, each in starts.items():
         if (kind, axis) not in structure.stages:
             more = structure.plus(stages=[(kind, axis)])
             for at in each:
-                yield Candidate(f"{kind}@{axis}", more, f"{kind}:{axis}", {f"{kind}:{axis}": float(at)})
+                one_sided = kind in ("lag", "dead", "limit")
+                yield Candidate(f"{kind}@{axis}", more, {f"{kind}:{axis}": float(at)}, one_sided=one_sided)

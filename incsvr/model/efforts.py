@@ -30,7 +30,6 @@ class Stage:
         reverse: thrust astern as a share of the thrust ahead at the same demand.
         shift: dead time [s]; negative where the effort's stamps are late.
         lag: time constant of the actuators [s].
-        blur: width over which the samples are averaged [s], because a measured effort has noise that never acts.
     """
 
     exponent: float | None = None
@@ -39,7 +38,6 @@ class Stage:
     reverse: float | None = None
     shift: float = 0.0
     lag: float | None = None
-    blur: float | None = None
 
     def static(self, effort: Array, top: float) -> Array:
         """(n,) the samples after the static stages."""
@@ -59,9 +57,6 @@ def means(stream: Stream, edges: Array, way: str, stage: Stage, top: float) -> A
     """(steps,) the mean effort between the edges [s], which are evenly spaced, after its stages."""
     t, u = stream
     step = float(edges[1] - edges[0])
-    if stage.blur is not None:  # before all other stages: the noise of a sensor passes no actuator
-        raw, half = _integral(t, u, "linear"), 0.5 * stage.blur
-        u = (raw(t + half) - raw(t - half)) / stage.blur
     mean = np.asarray(np.diff(_integral(t, stage.static(u, top), way)(edges - stage.shift)) / step)
     if stage.lag is None or stage.lag <= 0.0:
         return mean

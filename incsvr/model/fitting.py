@@ -27,14 +27,33 @@ PARTS_OF_UNIT = 1e-3
 
 @dataclass(frozen=True)
 class Problem:
-    """Windows that a structure is fitted to, and (windows,) the weight of each, 1 or 0; None where all count."""
+    """What a structure is fitted to.
+
+    Attributes:
+        windows: of the recordings.
+        counts: (windows,) the weight of each, 1 or 0; None where all count.
+        colour: (axes, lags) of an autoregression that the errors follow; None where they are white.
+    """
 
     windows: Windows
     counts: Array | None = None
+    colour: Array | None = None
 
     def without(self, windows: Array) -> Problem:
         """The problem in which some windows (a mask) do not move θ."""
-        return Problem(self.windows, np.where(windows, 0.0, 1.0))
+        return replace(self, counts=np.where(windows, 0.0, 1.0))
+
+    def errors(self, predicted: Array) -> Array:
+        """(samples, columns) measured less predicted, without the errors' colour."""
+        error = self.windows.measured[:, None] - predicted
+        if self.colour is None:
+            return np.asarray(error)
+        axis, window = self.windows.axis, self.windows.window
+        found = error.copy()
+        for k in range(1, self.colour.shape[1] + 1):
+            follows = (window[k:] == window[:-k]) & (axis[k:] == axis[:-k])
+            found[k:] -= (self.colour[axis[k:], k - 1] * follows)[:, None] * error[:-k]
+        return np.asarray(found)
 
 
 @dataclass(frozen=True)
@@ -106,7 +125,7 @@ def fit(
     counts = np.ones(windows.first.size) if problem.counts is None else problem.counts
     inverse_prior = np.array([1.0 / structure.prior(name) ** 2 for name in names])
     logarithms = np.array([is_logarithm(name) for name in names], dtype=bool)
-    error = windows.measured - predict(structure, point[:, None], windows, begin[:, None])[:, 0]
+    error = problem.errors(predict(structure, point[:, None], windows, begin[:, None]))[:, 0]
     scale = scales(error, windows)
     damping, state = 1e-4, None
     for turn in range(rounds + 1):
@@ -124,7 +143,7 @@ def fit(
             moved = np.where(logarithms, np.clip(step * units, -0.7, 0.7), step * units)
             new = np.clip(point + moved, low, high)
             behind = begin - np.einsum("awp,p->aw", state.by_theta, step) + state.own
-            rest = windows.measured - predict(structure, new[:, None], windows, behind[:, None])[:, 0]
+            rest = problem.errors(predict(structure, new[:, None], windows, behind[:, None]))[:, 0]
             after = float(counts @ costs_of(rest, scale, problem, behind)) + 0.5 * float(new**2 @ inverse_prior)
             if after < now:
                 gain = now - after
@@ -175,9 +194,9 @@ def slopes_of(structure: Structure, point: Array, problem: Problem, begin: Array
     nudge = PARTS_OF_UNIT * np.maximum(scale, windows.noise)
     for i in range(axes):
         starts[i, p + i] += nudge[i]
-    predicted = predict(structure, columns, windows, starts)
-    by = (predicted[:, :-1] - predicted[:, -1:]) / np.r_[np.full(p, PARTS_OF_UNIT), nudge]
-    error = windows.measured - predicted[:, -1]
+    errors = problem.errors(predict(structure, columns, windows, starts))
+    by = (errors[:, -1:] - errors[:, :-1]) / np.r_[np.full(p, PARTS_OF_UNIT), nudge]
+    error = errors[:, -1]
     weight = weights(error, scale, windows)
     blocks = np.stack([by[part].T @ (by[part] * weight[part, None]) for part in windows.samples])
     across = blocks[:, :p, p:]

@@ -11,10 +11,12 @@ from incsvr.model import rows as catalogue
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import gain, left_out
+from incsvr.model.predictor import predictor
 from incsvr.model.rows import Row, free_products, mirrored
+from incsvr.model.scales import motion_scale, step_of, time_constants
 from incsvr.model.search import Found, search
 from incsvr.model.series import duration, effort_of, period, values
-from incsvr.model.start import start, time_constants
+from incsvr.model.start import start
 from incsvr.model.structure import Structure
 from incsvr.model.windows import ANGLES, cut
 from incsvr.numerics import Array, Streams
@@ -87,49 +89,6 @@ def plain_fit(
     return found
 
 
-def as_predictor(plain: Fit, runs: Sequence[Streams]) -> Fit:
-    """The plain model corrected by each sample; a measured effort is averaged where that predicts better."""
-    windows = plain.problem.windows
-    sample = min(period(runs, axis) for axis in plain.structure.axes)
-    fast = float(time_constants(plain.structure, dict(plain.theta), runs, 0.95).min())
-    scale = min(motion_scale(runs, axis) for axis in plain.structure.axes)
-    structure = replace(plain.structure, predictor=True)
-    problem = Problem(cut(runs, structure, step_of(sample, 0.25 * min(fast, scale)), windows.step * windows.steps))
-    gains = {f"gain:{axis}": 0.2 for axis in structure.axes} | {f"drift:{axis}": 0.0 for axis in structure.axes}
-    best = fit(structure, {**plain.theta, **gains}, problem)
-    for axis in structure.driven:
-        more = structure.plus(stages=[("blur", axis)])
-        width = float(np.log(3.0 * period(runs, effort_of(axis))))
-        other = fit(more, {**best.theta, f"blur:{axis}": width}, problem, best.starts)
-        if other.value < best.value - 10.0:
-            best = other
-    return best
-
-
-def motion_scale(runs: Sequence[Streams], name: str) -> float:
-    """The lag at which a stream's autocorrelation falls below a half [s]."""
-    found = []
-    for run in runs:
-        t, v = run[name]
-        even = np.interp(np.linspace(t[0], t[-1], t.size), t, v)
-        even = even - even.mean()
-        spectrum = np.abs(np.fft.rfft(even, 2 * even.size)) ** 2
-        correlation = np.fft.irfft(spectrum)[: even.size]
-        below = np.flatnonzero(correlation < 0.5 * correlation[0])
-        found.append(float(below[0] if below.size else even.size) * (t[-1] - t[0]) / max(t.size - 1, 1))
-    return float(np.median(found))
-
-
-def step_of(sample: float, constant: float) -> float:
-    """An even part of the sample period [s]: at most two fifths of the fastest time constant.
-
-    Half a period at most, because a velocity bends where a command changes: coarser steps put inertias out of 17 of 64
-    intervals that hold 63 with these. An eighth at least, because no log shows faster motion.
-    """
-    parts = np.ceil(sample / (0.4 * constant) - 1e-9)
-    return float(sample / np.clip(2.0 * np.ceil(0.5 * parts), 2.0, 8.0))
-
-
 def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> dict[str, tuple[Row, ...]]:
     """The effects that a structure may lack on each of its axes, by name the rows of each.
 
@@ -160,7 +119,8 @@ def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> d
             if name not in (*VELOCITIES, *ANGLES, "time"):
                 rows += catalogue.of_channel(axis, name, driven)
         scale = motion_scale(runs, axis)
-        rows.append(catalogue.memory(axis, (scale, 6.0 * scale)))
+        beat = period(runs, axis)
+        rows.append(catalogue.memory(axis, tuple(max(times * scale, 2.0 * beat) for times in (0.5, 1.0, 6.0))))
     return {row.key: (row,) for row in rows if mirrored(row)} | found
 
 
@@ -193,9 +153,9 @@ def identify(
     )
     if len(axes) > 1:
         plain, found = choose_coriolis(plain, runs, say=say)
-    check = as_predictor(found, runs)
-    say(f"predictor: step {check.problem.windows.step:.3g} s, cost {check.value:.0f}")
-    return Identification(plain, search(found, check, pool(plain.structure, runs), most, say=say))
+    base = predictor(found, runs)
+    say(f"predictor: step {base.fit.problem.windows.step:.3g} s, cost {base.fit.value:.0f}, {base.reliability}")
+    return Identification(plain, search(base, pool(plain.structure, base.fit.problem.windows.runs), most, say=say))
 
 
 def choose_coriolis(

@@ -85,7 +85,7 @@ def _one_step(found: Fit, fold: Indices, each: Indices) -> tuple[Array, Array, A
         begins.append(found.starts - np.einsum("awp,p->aw", found.by_theta, step))
     starts = np.stack(begins, axis=1)
     predicted = predict(found.structure, np.stack(columns, axis=1), windows, starts)
-    return windows.measured[:, None] - predicted, starts, np.ones(each.size, dtype=bool)
+    return found.problem.errors(predicted), starts, np.ones(each.size, dtype=bool)
 
 
 def _anew(
@@ -124,7 +124,7 @@ def _anew(
         moved = np.where(logarithms[:, None], np.clip(step * units[:, None], -0.7, 0.7), step * units[:, None])
         new = np.clip(point + moved, low[:, None], high[:, None])
         behind = begin - np.einsum("awp,pk->akw", slopes.by_theta, step) + own
-        rest = windows.measured[:, None] - predict(found.structure, new, windows, behind)
+        rest = problem.errors(predict(found.structure, new, windows, behind))
         after = _costs(found, counts, new, behind, rest)
         ended, better = np.abs(after - now) < enough, after < now
         share[~better] *= 0.2

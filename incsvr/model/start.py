@@ -8,7 +8,7 @@ import numpy as np
 
 from incsvr.model.factors import one_by_one
 from incsvr.model.rows import Row
-from incsvr.model.series import duration, effort_of, period, values
+from incsvr.model.series import effort_of, period, values
 from incsvr.model.structure import Structure
 from incsvr.model.windows import ANGLES
 from incsvr.numerics import Array, Streams
@@ -34,17 +34,6 @@ def start(structure: Structure, runs: Sequence[Streams]) -> dict[str, float]:
             theta[row.key] = float(np.clip(value, row.low, row.high))
         _brake(theta, structure, runs, axis)
     return theta
-
-
-def time_constants(structure: Structure, theta: dict[str, float], runs: Sequence[Streams], quantile: float) -> Array:
-    """(axes,) M over the slope of the damping at a quantile of the recorded speeds [s], at most a twentieth of the
-    recordings."""
-    found = []
-    for axis in structure.axes:
-        speed = float(np.quantile(np.abs(values(runs, axis)), quantile))
-        slope = theta.get(f"linear@{axis}", 0.0) + 2.0 * theta.get(f"quadratic@{axis}", 0.0) * speed
-        found.append(min(structure.inertia(theta, axis) / max(slope, 1e-12), duration(runs, axis) / 20.0))
-    return np.array(found)
 
 
 def _brake(theta: dict[str, float], structure: Structure, runs: Sequence[Streams], axis: str) -> None:
