@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from incsvr.model.factors import Indices
 from incsvr.model.simulation import predict
 from incsvr.model.structure import Structure
-from incsvr.model.windows import Indices, cut
+from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, root_mean_square
 
 

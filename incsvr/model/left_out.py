@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit, bounded, costs_of, fit, gradients, slopes_of
 from incsvr.model.simulation import predict
 from incsvr.model.structure import is_logarithm
-from incsvr.model.windows import Indices, Windows
+from incsvr.model.windows import Windows
 from incsvr.numerics import Array
 
 

@@ -8,15 +8,14 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from incsvr.model.efforts import Stage, lagged, means
+from incsvr.model.factors import Indices
 from incsvr.model.rows import Row
 from incsvr.model.series import effort_of, noise, values
 from incsvr.model.structure import Structure
 from incsvr.numerics import Array, Stream, Streams
 
-Indices = NDArray[np.intp]
 ANGLES = {"roll": "roll_rate", "pitch": "pitch_rate", "heading": "yaw_rate"}
 """Angles that follow from a velocity."""
 
@@ -34,6 +33,25 @@ class Grid:
     origin: float
     steps: int
     first: int
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """The samples in one step of all windows.
+
+    Attributes:
+        which: their places among all samples.
+        axis, window: of each.
+        flat: place of the velocity in an array (axes, windows).
+        shares: (3, samples) in a sample's value of the velocities at the step's beginning and end, and of the slope at
+            its beginning [s]: a parabola.
+    """
+
+    which: Indices
+    axis: Indices
+    window: Indices
+    flat: Indices
+    shares: Array
 
 
 @dataclass(frozen=True)
@@ -89,6 +107,19 @@ class Windows:
     def at(self) -> Indices:
         """(steps + 1, windows) place of each window's edges; a short window repeats its last."""
         return np.asarray(np.minimum(self.first + np.arange(self.steps + 1)[:, None], self.first + self.count))
+
+    @cached_property
+    def by_step(self) -> list[Samples | None]:
+        """The samples in each step, None where there are none."""
+        order = np.argsort(self.cell, kind="stable")
+        bounds = np.searchsorted(self.cell[order], np.arange(self.steps + 1))
+        return [self._inside(order[a:b]) if b > a else None for a, b in pairwise(bounds)]
+
+    def _inside(self, which: Indices) -> Samples:
+        axis, window, f = self.axis[which], self.window[which], self.part[which]
+        f = np.where(f > 0.999, 1.0, f)
+        shares = np.stack([1.0 - f * f, f * f, self.step * (f - f * f)])
+        return Samples(which, axis, window, axis * self.first.size + window, shares)
 
     def edges(self, grid: Grid) -> Array:
         """(steps + 1,) edges of a recording [s]."""

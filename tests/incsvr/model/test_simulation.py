@@ -67,8 +67,8 @@ def test_three_axes_with_coriolis_coupled_inertia_and_memory_move_as_scipy_has_i
     for axis, effort in zip(("surge", "sway", "yaw"), np.vstack([efforts(), efforts()[-1]]).T, strict=True):
         series[AXES[axis].effort] = (stamps, effort)
     windows = cut([series], structure, 0.05, np.inf)
-    columns = np.array([[theta[name]] for name in structure.names])
-    course = simulate(structure, columns, windows, windows.starts[:, None])[0][:, 0, :, 0]
+    point = np.array([theta[name] for name in structure.names])
+    course = simulate(structure, point, windows, windows.starts).states[:, :3, 0]
     expected = by_scipy(start, np.asarray(0.05 * np.arange(course.shape[0])))
     assert np.ptp(expected, axis=0).min() > 0.5
     assert np.abs(course - expected).max() < 1e-4 * np.abs(expected).max()
@@ -88,8 +88,8 @@ def test_the_coriolis_force_of_a_tied_structure_is_the_plants() -> None:
     velocity = random.normal(size=(31, 6))
     series: Streams = {axis: (stamps, velocity[:, i]) for axis, i in place.items()}
     windows = cut([series], structure, 0.1, 0.1)
-    columns = np.array([[theta[name]] for name in structure.names])
-    slopes = simulate(structure, columns, windows, windows.starts[:, None])[1][0, 0]
+    point = np.array([theta[name] for name in structure.names])
+    slopes = simulate(structure, point, windows, windows.starts).slopes[0]
     expected = coriolis_force(mass, windows.starts.T)
     assert windows.starts.shape == (6, 30)
     assert np.abs(mass @ slopes + expected.T).max() < 1e-9 * np.abs(expected).max()

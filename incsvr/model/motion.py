@@ -1,0 +1,179 @@
+"""The equation of motion: accelerations as a matrix times products of factors, for columns of parameters over windows.
+
+Beside the velocities go the angles that follow from them, the memories of rows, and a predictor's disturbances.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.model.efforts import Stage
+from incsvr.model.factors import Factors, Indices
+from incsvr.model.rows import ONE, Factor, value
+from incsvr.model.series import effort_of
+from incsvr.model.structure import STAGES, Structure, is_logarithm
+from incsvr.model.windows import ANGLES, Windows
+from incsvr.numerics import Array
+from incsvr.plant.axes import VELOCITIES
+from incsvr.plant.mass_and_coriolis import PAIRS, product_weights
+
+Pair = tuple[Factor, Factor]
+"""A product of two factors."""
+
+
+def own_values(structure: Structure, columns: Array) -> dict[str, Array]:
+    """(columns,) of each parameter by name, out of its logarithm but for the masses."""
+    return {
+        name: np.exp(column) if is_logarithm(name) and not name.startswith("mass:") else column
+        for name, column in zip(structure.names, columns, strict=True)
+    }
+
+
+def products(structure: Structure, columns: Array) -> tuple[list[Pair], Array]:
+    """The products of factors, and the matrix (columns, axes, products) that makes accelerations of them."""
+    count, size = columns.shape[1], len(structure.axes)
+    values = own_values(structure, columns)
+    masses = structure.masses(values or {"": np.zeros(count)})
+    at = {axis: i for i, axis in enumerate(structure.axes)}
+    terms: dict[Pair, Array] = {}
+
+    def add(one: Factor, other: Factor, axis: str, weight: Array) -> None:
+        terms.setdefault((one, other), np.zeros((count, size)))[:, at[axis]] += weight
+
+    for axis in structure.driven:
+        add(value(effort_of(axis)), ONE, axis, np.ones(count))
+    for row in structure.rows:
+        for part in row.parts:
+            add(part.one, part.other, part.axis, -part.sign * values[row.key])
+    if structure.tied:
+        whole = np.zeros((count, 6, 6))
+        places = [VELOCITIES.index(axis) for axis in structure.axes]
+        whole[:, np.array(places)[:, None], places] = masses
+        weights = product_weights(whole)
+        for k, (a, b) in enumerate(PAIRS):
+            if a in places and b in places:
+                for axis, place in zip(structure.axes, places, strict=True):
+                    if np.any(weights[:, place, k]):
+                        add(value(VELOCITIES[a]), value(VELOCITIES[b]), axis, -weights[:, place, k])
+    return list(terms), np.linalg.solve(masses, np.stack(list(terms.values()), axis=2))
+
+
+def effort(structure: Structure, values: dict[str, Array], windows: Windows, axis: str) -> Array:
+    """(steps, columns, windows) mean efforts of an axis, (steps, 1, windows) where all columns have the same."""
+    own = {kind: values[f"{kind}:{axis}"] for kind in STAGES if (kind, axis) in structure.stages}
+    if f"shift:{axis}" in values:
+        own["shift"] = values[f"shift:{axis}"]
+    numbers = np.array(list(own.values())) if own else np.zeros((0, 1))
+    different = numbers.shape[1] if np.any(np.ptp(numbers, axis=1)) else 1
+    stages = [Stage(**dict(zip(own, numbers[:, p].tolist(), strict=True))) for p in range(different)]
+    return np.stack([windows.effort(axis, structure.ways.get(axis, "linear"), stage) for stage in stages], axis=1)
+
+
+class Motion:
+    """The equation for columns of parameters, and the signals of a step that it reads.
+
+    Args:
+        columns: (parameters, columns) of θ, in the order of `structure.names`.
+    """
+
+    def __init__(self, structure: Structure, columns: Array, windows: Windows) -> None:
+        self.structure, self.windows, self.count = structure, windows, columns.shape[1]
+        self.value = own_values(structure, columns)
+        axes = structure.axes
+        self.angles = [angle for angle, rate in ANGLES.items() if angle in structure.channels and rate in axes]
+        self.memories = [row for row in structure.rows if row.follows]
+        self.states = [*axes, *self.angles, *(f"~{row.key}" for row in self.memories)]
+        if structure.predictor:
+            self.states += [f"~disturbance@{axis}" for axis in axes]
+        efforts = [effort_of(axis) for axis in structure.driven]
+        self.channels = [name for name in structure.channels if name not in self.states]
+        self.signals = [*self.states, *efforts, *self.channels]
+        self.pairs, self.matrix = products(structure, columns)
+        self.factors = Factors((factor for pair in self.pairs for factor in pair), self.signals)
+        self.one, self.other = places(self.factors, self.pairs)
+        several = [effort(structure, self.value, windows, axis) for axis in structure.driven]
+        shape = (windows.steps, self.count if any(each.shape[1] > 1 for each in several) else 1, windows.first.size)
+        self.efforts = np.zeros((shape[0], shape[1], len(efforts), shape[2]))
+        for j, each in enumerate(several):
+            self.efforts[:, :, j] = each
+        self.edges = np.zeros((shape[0] + 1, len(self.channels), shape[2]))
+        for j, name in enumerate(self.channels):
+            self.edges[:, j] = windows.channel[name][windows.at]
+        self.constants = [self.value[f"time:{row.key}"][:, None] for row in self.memories]
+        self._at = {name: k for k, name in enumerate(self.signals)}
+        self._values = np.ones((self.count, self.factors.count, shape[2]))
+        self._products = np.empty((2, self.count, len(self.pairs), shape[2]))
+        self._efforts = slice(len(self.states) + 1, len(self.states) + 1 + len(efforts))
+        self._channels = slice(self._efforts.stop, len(self.signals) + 1)
+
+    def start(self, starts: Array) -> Array:
+        """(columns, states, windows) at the windows' first edges, from (axes, columns, windows) velocities."""
+        windows, shape = self.windows, (self.count, self.windows.first.size)
+        parts = [*starts]
+        parts += [windows.channel[angle][windows.first] for angle in self.angles]
+        for row, constants in zip(self.memories, self.constants, strict=True):
+            parts.append(np.stack([windows.memory(row, float(constant)) for constant in constants[:, 0]]))
+        parts += [np.zeros(1)] * (len(self.states) - len(parts))  # disturbances
+        return np.stack([np.broadcast_to(part, shape) for part in parts], axis=1)
+
+    def gains(self) -> tuple[Array, Array] | None:
+        """(columns, axes) of a predictor: of the velocities, and of the disturbances [1/s]."""
+        if not self.structure.predictor:
+            return None
+        gain, drift = (
+            np.stack([self.value[f"{kind}:{axis}"] for axis in self.structure.axes], axis=1)
+            for kind in ("gain", "drift")
+        )
+        return gain, drift
+
+    def enter(self, k: int, part: float) -> None:
+        """Reads efforts, which are means of step k, and channels at a part of it: 0, 0.5 or 1."""
+        if part == 0.0:
+            self._values[:, self._efforts] = self.efforts[k]
+        if self.channels:
+            before, after = self.edges[k], self.edges[k + 1]
+            channels = before if part == 0.0 else after if part == 1.0 else 0.5 * (before + after)
+            self._values[:, self._channels] = channels
+
+    def slope(self, state: Array, out: Array) -> None:
+        """Writes the slope of a state (columns, states, windows) at the instant that was entered."""
+        values, size = self._values, len(self.structure.axes)
+        values[:, 1 : len(self.states) + 1] = state
+        self.factors.fill(values)
+        one, other = self._products
+        np.take(values, self.one, axis=1, out=one, mode="clip")  # any other mode copies once more
+        np.take(values, self.other, axis=1, out=other, mode="clip")
+        one *= other
+        np.matmul(self.matrix, one, out=out[:, :size])
+        if self.angles:
+            out[:, size : size + len(self.angles)] = self.turning(values[:, 1:])
+        for j, (row, constant) in enumerate(zip(self.memories, self.constants, strict=True), size + len(self.angles)):
+            out[:, j] = (values[:, 1 + self._at[row.follows]] - state[:, j]) / constant
+        if self.structure.predictor:  # an acceleration that lasts until a sample contradicts
+            out[:, :size] += state[:, -size:]
+            out[:, -size:] = 0.0
+
+    def turning(self, signals: Array) -> Array:
+        """(…, angles, windows) slopes of the angles from (…, signals, windows) (Fossen 2011, Eq. 2.26); a velocity that
+        is not recorded is zero."""
+
+        def of(name: str) -> Array:
+            return signals[..., self._at[name], :] if name in self._at else np.zeros_like(signals[..., 0, :])
+
+        p, q, r = of("roll_rate"), of("pitch_rate"), of("yaw_rate")
+        sine, cosine, pitch = np.sin(of("roll")), np.cos(of("roll")), of("pitch")
+        along = q * sine + r * cosine
+        upright = np.where(np.abs(np.cos(pitch)) < 0.05, 0.05, np.cos(pitch))  # beyond 87° Euler angles have no rates
+        found = {
+            "roll": p + along * np.sin(pitch) / upright,
+            "pitch": q * cosine - r * sine,
+            "heading": along / upright,
+        }
+        return np.stack([found[angle] for angle in self.angles], axis=-2)
+
+
+def places(factors: Factors, pairs: list[Pair]) -> tuple[Indices, Indices]:
+    """(products,) each: where both factors of each product are."""
+    one = np.array([factors.place[each] for each, _ in pairs], dtype=np.intp)
+    other = np.array([factors.place[each] for _, each in pairs], dtype=np.intp)
+    return one, other
