@@ -281,8 +281,6 @@ def unit(name: str, structure: Structure, theta: Mapping[str, float], windows: W
         return windows.step
     if kind == "gain":
         return 0.1
-    if kind == "drift":
-        return 0.01 / windows.step
     if kind == "mass":
         a, b = rest.split("*")
         return float(np.sqrt(structure.inertia(theta, a) * structure.inertia(theta, b)))

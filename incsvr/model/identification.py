@@ -176,14 +176,14 @@ def choose_coriolis(
     of_rival = {name: rival.theta.get(name, value) for name, value in plain.theta.items()}
     again = fit(plain.structure, of_rival, plain.problem, rival.starts)
     plain = best = min(plain, again, key=lambda each: each.value)  # so that no local minimum decides
-    base = left_out(plain, exact=True)
+    base = left_out(plain)
     without = replace(plain.structure, tied=False)
     rivals = {
         "free products": rival,
         "no C(ν)": fit(without, start(without, runs), plain.problem, plain.starts),
     }
     for label, other in rivals.items():
-        reached = gain(base - left_out(other, exact=True), plain.problem.windows)
+        reached = gain(base - left_out(other), plain.problem.windows)
         say(f"{label} in place of C(M): {reached}")
         if reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value:
             best = other

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.model.factors import Indices
-from incsvr.model.fitting import Fit, bounded, costs_of, fit, gradients, slopes_of
+from incsvr.model.fitting import Fit, costs_of
 from incsvr.model.simulation import predict
-from incsvr.model.structure import is_logarithm
 from incsvr.model.windows import Windows
 from incsvr.numerics import Array
 
@@ -50,94 +49,39 @@ def blocks(windows: Windows, most: int = 4) -> Indices:
     return found
 
 
-def left_out(found: Fit, exact: bool = False) -> Array:
-    """(windows,) the cost of each window when its fold had no part in the fit.
-
-    Args:
-        exact: whether each fold's fit is made anew; else it is one damped Gauss–Newton step away, and simulated.
-    """
+def left_out(found: Fit) -> Array:
+    """(windows,) the cost of each window by the fit without its fold, which is a step of the whole fit away."""
     problem, windows = found.problem, found.problem.windows
     fold, cost = folds(windows), found.cost.copy()
-    each = np.unique(fold)
-    errors, begins, ended = _anew(found, fold, each) if exact else _one_step(found, fold, each)
-    for j, k in enumerate(each):
-        own, error, begin = fold == k, errors[:, j], begins[:, j]
-        if not ended[j]:
-            anew = fit(found.structure, found.theta, problem.without(own), found.starts, rounds=2)
-            error, begin = anew.error, anew.starts
-        cost[own] = costs_of(error, found.scale, problem, begin)[own]
+    steps = _steps(found)
+    begins = found.starts[:, None] - np.einsum("awp,pk->akw", found.by_theta, steps)
+    errors = problem.errors(predict(found.structure, fold_parameters(found), windows, begins))
+    for j, k in enumerate(np.unique(fold)):
+        own = fold == k
+        cost[own] = costs_of(errors[:, j], found.scale, problem, begins[:, j])[own]
     return cost
 
 
-def _one_step(found: Fit, fold: Indices, each: Indices) -> tuple[Array, Array, Array]:
-    """(samples, folds) errors and (axes, folds, windows) starts, one step without the fold away from the fit."""
-    windows = found.problem.windows
+def fold_parameters(found: Fit) -> Array:
+    """(p, folds) θ of the fits without each fold."""
+    point = np.array([found.theta[name] for name in found.names])
+    return np.asarray(point[:, None] + found.units[:, None] * _steps(found))
+
+
+def _steps(found: Fit) -> Array:
+    """(p, folds) the step of θ, by units, that excluding each fold makes."""
+    fold = folds(found.problem.windows)
     whole = found.normal.sum(axis=0) + np.diag(found.prior)
     low, high = np.array([found.structure.bounds(name) for name in found.names]).reshape(-1, 2).T
     point = np.array([found.theta[name] for name in found.names])
-    columns, begins = [], []
-    for k in each:
+    steps = []
+    for k in np.unique(fold):
         own = fold == k
         rest = whole - found.normal[own].sum(axis=0)
         rest += np.diag(0.01 * np.diag(whole))  # a parameter that only this fold shows stays near the whole's estimate
         step = -np.linalg.lstsq(rest, found.gradient[own].sum(axis=0), rcond=1e-10)[0]
-        step = np.clip(step, (low - point) / found.units, (high - point) / found.units)
-        columns.append(point + step * found.units)
-        begins.append(found.starts - np.einsum("awp,p->aw", found.by_theta, step))
-    starts = np.stack(begins, axis=1)
-    predicted = predict(found.structure, np.stack(columns, axis=1), windows, starts)
-    return found.problem.errors(predicted), starts, np.ones(each.size, dtype=bool)
-
-
-def _anew(
-    found: Fit,
-    fold: Indices,
-    each: Indices,
-    rounds: int = 3,  # with the slopes of the whole fit: each brings most folds some ten times nearer
-    enough: float = 0.1,  # of the cost: gains that decide are above three
-) -> tuple[Array, Array, Array]:
-    """(samples, folds) errors and (axes, folds, windows) starts of fits without each fold, all side by side, and which
-    of them have ended: the others bend the slopes too much."""
-    problem, windows, scale, units = found.problem, found.problem.windows, found.scale, found.units
-    low, high = np.array([found.structure.bounds(name) for name in found.names]).reshape(-1, 2).T
-    logarithms = np.array([is_logarithm(name) for name in found.names], dtype=bool)
-    counts = (fold[None] != each[:, None]).astype(np.float64)
-    point = np.repeat(np.array([found.theta[name] for name in found.names])[:, None], each.size, axis=1)
-    begin = np.repeat(found.starts[:, None], each.size, axis=1)
-    slopes = slopes_of(found.structure, point[:, 0], problem, found.starts, scale, units)
-    normal = np.tensordot(counts, slopes.normal, 1) + np.diag(found.prior)
-    normal[:, np.arange(units.size), np.arange(units.size)] *= 1.0 + 1e-4
-    error = np.repeat(slopes.error[:, None], each.size, axis=1)
-
-    def costs() -> Array:
-        own = np.stack([costs_of(error[:, j], scale, problem, begin[:, j]) for j in range(each.size)])
-        return np.asarray(np.sum(counts * own, axis=1) + 0.5 * found.prior / units**2 @ point**2)
-
-    share, ended = np.ones(each.size), np.zeros(each.size, dtype=bool)
-    now = _costs(found, counts, point, begin, error)
-    for _ in range(rounds):
-        gradient, own = gradients(slopes, error, scale, problem, begin)
-        step = np.zeros_like(point)
-        for j in range(each.size):
-            slope = counts[j] @ gradient[..., j] - found.prior / units * point[:, j]
-            ends = [(end - point[:, j]) / units for end in (low, high)]
-            step[:, j] = share[j] * bounded(normal[j], slope, *ends)
-        moved = np.where(logarithms[:, None], np.clip(step * units[:, None], -0.7, 0.7), step * units[:, None])
-        new = np.clip(point + moved, low[:, None], high[:, None])
-        behind = begin - np.einsum("awp,pk->akw", slopes.by_theta, step) + own
-        rest = problem.errors(predict(found.structure, new, windows, behind))
-        after = _costs(found, counts, new, behind, rest)
-        ended, better = np.abs(after - now) < enough, after < now
-        share[~better] *= 0.2
-        point[:, better], begin[:, better], error[:, better] = new[:, better], behind[:, better], rest[:, better]
-        now = np.where(better, after, now)
-    return error, begin, ended
-
-
-def _costs(found: Fit, counts: Array, point: Array, begin: Array, error: Array) -> Array:
-    """(folds,) the cost of each fold's fit, of the windows that it counts and the priors."""
-    each = [costs_of(error[:, j], found.scale, found.problem, begin[:, j]) for j in range(len(counts))]
-    return np.asarray(np.sum(counts * each, axis=1) + 0.5 * (found.prior / found.units**2) @ point**2)
+        steps.append(np.clip(step, (low - point) / found.units, (high - point) / found.units))
+    return np.stack(steps, axis=1)
 
 
 def gain(by_window: Array, windows: Windows) -> Gain:

@@ -16,12 +16,16 @@ from scipy.linalg import solve_toeplitz, solveh_banded
 
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.scales import motion_scale, step_of, time_constants
-from incsvr.model.series import duration, effort_of, period
+from incsvr.model.series import duration, effort_of, noise, period, values
+from incsvr.model.structure import Structure
 from incsvr.model.windows import cut
-from incsvr.numerics import Array, Streams
+from incsvr.numerics import Array, Streams, robust_deviation
 
-STARTS = ({"gain": 0.3, "drift": 0.1}, {"gain": 0.8, "drift": 0.5})
-"""Gain of a sample [1] and of its disturbance [1/s] from which fits begin: a noisy sensor, and rough water."""
+STARTS = ((0.3, 0.02), (0.9, 0.3))
+"""Gain of a sample on the velocity, and in a sample on the disturbance, from which fits begin: a noisy sensor, and rough
+water."""
+WALKS = (0.03, 0.1, 0.3, 1.0)
+"""How far an effort walks from sample to sample, in deviations of its noise, of which the one that predicts best is taken."""
 
 
 @dataclass(frozen=True)
@@ -51,26 +55,42 @@ def predictor(
     step = step_of(sample, 0.25 * min(fast, scale))
     horizon = max(duration(runs, axes[0]) / windows, 20.0 * sample)
     structure = replace(plain.structure, predictor=True)
-    best, reliability = None, dict[str, float]()
-    chosen = list(runs)
-    for axis in (None, *structure.driven):
-        tried, share = (chosen, 1.0) if axis is None else _smoothed(chosen, effort_of(axis))
-        if share == 1.0 and axis is not None:
-            reliability[axis] = 1.0
+    best = _fitted(structure, plain, runs, step, horizon, sample)
+    reliability = dict.fromkeys(structure.driven, 1.0)
+    for axis in structure.driven:
+        name = effort_of(axis)
+        if not _is_noisy(runs, name):
             continue
-        problem = Problem(cut(tried, structure, step, horizon))
-        fits = [
-            fit(structure, {**plain.theta, **{f"{k}:{a}": v for k, v in each.items() for a in axes}}, problem)
-            for each in STARTS
-        ]
-        found = min(fits, key=lambda each: each.value)
-        better = best is None or found.value < best.value - 10.0  # the samples as they are, unless it clearly predicts
-        if axis is not None:
-            reliability[axis] = share if better else 1.0
-        if better:
-            best, chosen = found, tried
-    assert best is not None
+        before = list(best.problem.windows.runs)
+        for ratio in WALKS:
+            smoothed, share = _smoothed(before, name, ratio)
+            found = _fitted(structure, plain, smoothed, step, horizon, sample)
+            if found.value < best.value - 10.0:  # the samples as they are, unless others clearly predict better
+                best, reliability[axis] = found, share
     return Predictor(whitened(whitened(best, lags), lags), reliability)
+
+
+def _fitted(
+    structure: Structure, plain: Fit, runs: Sequence[Streams], step: float, horizon: float, sample: float
+) -> Fit:
+    """The better of the predictors from both starts."""
+    problem = Problem(cut(runs, structure, step, horizon))
+    fits = [
+        fit(structure, {**plain.theta, **_gains(structure.axes, gain, drift / sample)}, problem)
+        for gain, drift in STARTS
+    ]
+    return min(fits, key=lambda each: each.value)
+
+
+def _is_noisy(runs: Sequence[Streams], name: str) -> bool:
+    """Whether an effort has white noise; a command, which holds or runs on lines, has none."""
+    third = np.concatenate([np.diff(run[name][1], 3) for run in runs])
+    return third.size > 0 and robust_deviation(third) > 1e-3 * float(np.std(values(runs, name)))
+
+
+def _gains(axes: Sequence[str], gain: float, drift: float) -> dict[str, float]:
+    """Both gains of every axis, as in θ; `drift` [1/s]."""
+    return {f"gain:{axis}": gain for axis in axes} | {f"drift:{axis}": float(np.log(drift)) for axis in axes}
 
 
 def whitened(found: Fit, lags: int = 4) -> Fit:
@@ -92,24 +112,35 @@ def _autoregression(found: Fit, axis: int, lags: int) -> Array:
     return np.asarray(solve_toeplitz(np.array(products[:-1]), np.array(products[1:])))
 
 
-def _smoothed(runs: Sequence[Streams], name: str) -> tuple[list[Streams], float]:
+def _smoothed(runs: Sequence[Streams], name: str, ratio: float) -> tuple[list[Streams], float]:
     """The runs with an effort as its own samples on both sides expect it, and the share of its variance that acts.
 
-    A level that walks at random under white noise: the variances follow from the effort's differences (A. C. Harvey,
-    Forecasting, Structural Time Series Models and the Kalman Filter, Section 2.4). A command shows no noise.
+    Args:
+        ratio: how far the effort usually walks from sample to sample, in deviations of its noise.
     """
-    change = np.concatenate([np.diff(run[name][1]) for run in runs])
-    white = max(-float(np.mean(change[1:] * change[:-1])), 0.0)
-    walk = float(np.var(change)) - 2.0 * white
-    whole = float(np.var(np.concatenate([run[name][1] for run in runs])))
-    if white <= 1e-3 * max(walk, 0.0) or whole <= 0.0:
-        return list(runs), 1.0
-    ratio = white / max(walk, 1e-6 * white)
-    found = []
+    found, shares = list[Streams](), []
     for run in runs:
         t, u = run[name]
-        banded = np.empty((2, u.size))
-        banded[0], banded[1] = -ratio, 1.0 + 2.0 * ratio
-        banded[1, [0, -1]] = 1.0 + ratio
-        found.append({**run, name: (t, np.asarray(solveh_banded(banded, u)))})
-    return found, max(1.0 - white / whole, 0.0)
+        white = noise(u)
+        level = _level(u, white, ratio * white)
+        found.append({**run, name: (t, level)})
+        shares.append(float(np.var(level) / (np.var(level) + white**2)))
+    return found, min(shares)
+
+
+def _level(value: Array, noise: float, walk: float, rounds: int = 15) -> Array:
+    """(n,) a level that walks at random under noise, both with the tails of Student's t: spikes are no level, and a step
+    stays one (A. C. Harvey, Forecasting, Structural Time Series Models and the Kalman Filter, Section 2.4)."""
+    level = value.copy()
+    middle = np.median([value[:-2], value[1:-1], value[2:]], axis=0)
+    level[1:-1] = middle
+    for _ in range(rounds):
+        of_value = 5.0 / (4.0 + ((value - level) / noise) ** 2) / noise**2
+        of_change = 5.0 / (4.0 + (np.diff(level) / walk) ** 2) / walk**2
+        banded = np.zeros((2, value.size))
+        banded[1] = of_value
+        banded[1, :-1] += of_change
+        banded[1, 1:] += of_change
+        banded[0, 1:] = -of_change
+        level = solveh_banded(banded, of_value * value)
+    return np.asarray(level)

@@ -2,7 +2,7 @@
 
 mass:surge (logarithm)        mass:sway*yaw_rate         linear@surge, cross_flow:surge@yaw_rate, …
 shift:torque [s]              lag:torque, limit:torque, dead:torque, reverse:torque, exponent:torque (logarithms)
-time:memory@yaw_rate (logarithm)                         gain:surge (0 to 1), drift:surge [1/s]: of a predictor
+time:memory@yaw_rate (logarithm)                         gain:surge (0 to 1), drift:surge [1/s] (logarithm): of a predictor
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from incsvr.numerics import Array
 
 Theta = Mapping[str, float]
 """The parameters' values by name."""
-LOGARITHMS = ("lag", "limit", "dead", "reverse", "exponent", "time")
+LOGARITHMS = ("lag", "drift", "limit", "dead", "reverse", "exponent", "time")
 """Parameters that are positive by nature, whose logarithms are in θ, like those of the masses on the diagonal of M."""
 STAGES = ("exponent", "dead", "limit", "reverse", "lag")
 """Stages of an effort, in the order in which it passes them."""
@@ -76,7 +76,7 @@ class Structure:
         if name.startswith("gain:"):
             return 0.0, 1.0
         if name.startswith("drift:"):
-            return 0.0, np.inf
+            return -9.0, 9.0
         if name.startswith("shift:"):  # two deviations are a period: what is more is a delay
             prior = self.prior(name)
             return (-np.inf, np.inf) if prior >= NO_PRIOR else (-2.0 * prior, 2.0 * prior)
