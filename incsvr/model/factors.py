@@ -74,7 +74,7 @@ class Factors:
                 count += len(own)
         for each in new:
             if each.kind in BY_WIDTH:
-                by_width = partial(BY_WIDTH[each.kind], width=each.width)
+                by_width = partial(_by_width, BY_WIDTH[each.kind], each.width)
                 self._functions.append((by_width, slice(at[each.of], at[each.of] + 1), slice(count, count + 1)))
             elif each.kind.startswith("down"):
                 self._down.append((each.kind, count))
@@ -106,6 +106,10 @@ def one_by_one(factor: Factor, signals: Mapping[str, Array]) -> Array:
     if factor.kind.startswith("down"):
         return _down(factor.kind, signals["roll"], signals["pitch"])
     return SIMPLE[factor.kind](signals[factor.of])
+
+
+def _by_width(function: Callable[[Array, float], Array], width: float, x: Array) -> Array:
+    return function(x, width)
 
 
 def _down(kind: str, roll: Array, pitch: Array) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.model.factors import Indices
-from incsvr.model.fitting import Fit, bounded, costs_of, fit, gradients, slopes_of
+from incsvr.model.fitting import Fit, bounded, costs_of, fit, gradients
 from incsvr.model.simulation import predict
 from incsvr.model.structure import is_logarithm
 from incsvr.model.windows import Windows
@@ -83,7 +83,7 @@ def _one_step(found: Fit, fold: Indices, each: Indices) -> tuple[Array, Array, A
         step = -np.linalg.lstsq(rest, found.gradient[own].sum(axis=0), rcond=1e-10)[0]
         step = np.clip(step, (low - point) / found.units, (high - point) / found.units)
         columns.append(point + step * found.units)
-        begins.append(found.starts - np.einsum("awp,p->aw", found.by_theta, step))
+        begins.append(found.starts - np.einsum("awp,p->aw", found.slopes.by_theta, step))
     starts = np.stack(begins, axis=1)
     predicted = predict(found.structure, np.stack(columns, axis=1), windows, starts)
     return windows.measured[:, None] - predicted, starts, np.ones(each.size, dtype=bool)
@@ -98,25 +98,19 @@ def _anew(
 ) -> tuple[Array, Array, Array]:
     """(samples, folds) errors and (axes, folds, windows) starts of fits without each fold, all side by side, and which
     of them have ended: the others bend the slopes too much."""
-    problem, windows, scale, units = found.problem, found.problem.windows, found.scale, found.units
+    problem, windows, units, slopes = found.problem, found.problem.windows, found.units, found.slopes
     low, high = np.array([found.structure.bounds(name) for name in found.names]).reshape(-1, 2).T
     logarithms = np.array([is_logarithm(name) for name in found.names], dtype=bool)
     counts = (fold[None] != each[:, None]).astype(np.float64)
     point = np.repeat(np.array([found.theta[name] for name in found.names])[:, None], each.size, axis=1)
     begin = np.repeat(found.starts[:, None], each.size, axis=1)
-    slopes = slopes_of(found.structure, point[:, 0], problem, found.starts, scale, units)
     normal = np.tensordot(counts, slopes.normal, 1) + np.diag(found.prior)
     normal[:, np.arange(units.size), np.arange(units.size)] *= 1.0 + 1e-4
     error = np.repeat(slopes.error[:, None], each.size, axis=1)
-
-    def costs() -> Array:
-        own = np.stack([costs_of(error[:, j], scale, problem, begin[:, j]) for j in range(each.size)])
-        return np.asarray(np.sum(counts * own, axis=1) + 0.5 * found.prior / units**2 @ point**2)
-
     share, ended = np.ones(each.size), np.zeros(each.size, dtype=bool)
     now = _costs(found, counts, point, begin, error)
     for _ in range(rounds):
-        gradient, own = gradients(slopes, error, scale, problem, begin)
+        gradient, own = gradients(slopes, error, found.scale, problem, begin)
         step = np.zeros_like(point)
         for j in range(each.size):
             slope = counts[j] @ gradient[..., j] - found.prior / units * point[:, j]

@@ -55,7 +55,7 @@ def products(structure: Structure, columns: Array) -> tuple[list[Pair], Array]:
                 for axis, place in zip(structure.axes, places, strict=True):
                     if np.any(weights[:, place, k]):
                         add(value(VELOCITIES[a]), value(VELOCITIES[b]), axis, -weights[:, place, k])
-    return list(terms), np.linalg.solve(masses, np.stack(list(terms.values()), axis=2))
+    return list(terms), np.asarray(np.linalg.solve(masses, np.stack(list(terms.values()), axis=2)))
 
 
 def effort(structure: Structure, values: dict[str, Array], windows: Windows, axis: str) -> Array:
