@@ -46,15 +46,16 @@ def products(structure: Structure, columns: Array) -> tuple[list[Pair], Array]:
         for part in row.parts:
             add(part.one, part.other, part.axis, -part.sign * values[row.key])
     if structure.tied:
-        whole = np.zeros((count, 6, 6))
         places = [VELOCITIES.index(axis) for axis in structure.axes]
-        whole[:, np.array(places)[:, None], places] = masses
+        different = {name: np.array([0.37 * (k + 1)]) for k, name in enumerate(structure.names)}
+        whole = np.zeros((count + 1, 6, 6))  # the last of masses that differ, because equal ones have fewer products
+        whole[:, np.array(places)[:, None], places] = np.concatenate([masses, structure.masses(different)])
         weights = product_weights(whole)
         for k, (a, b) in enumerate(PAIRS):
             if a in places and b in places:
                 for axis, place in zip(structure.axes, places, strict=True):
-                    if np.any(weights[:, place, k]):
-                        add(value(VELOCITIES[a]), value(VELOCITIES[b]), axis, -weights[:, place, k])
+                    if weights[-1, place, k]:
+                        add(value(VELOCITIES[a]), value(VELOCITIES[b]), axis, -weights[:-1, place, k])
     return list(terms), np.asarray(np.linalg.solve(masses, np.stack(list(terms.values()), axis=2)))
 
 
