@@ -1,7 +1,8 @@
 """Slopes of the predictions by all parameters and starts, along a course: the linear equation of its neighbours.
 
-s′ = A s + G is solved step by step with the A and G of the step's middle: Φ = exp(hA), Ψ = ∫ exp(hA) to third order.
-The slopes are right within some thousandths of themselves: they give directions, the simulation the errors.
+s′ = A s + G, in which a disturbance is a part of G, is solved step by step with the A and G of the step's middle:
+Φ = exp(hA) and Ψ = ∫ exp(hA) to third order. The slopes are right within some thousandths of themselves: they give
+directions, and the simulation gives the errors.
 """
 
 from __future__ import annotations
@@ -28,41 +29,43 @@ def tangent(course: Course, point: Array, units: Array, length: int = 32) -> Arr
     """
     motion, windows = course.motion, course.motion.windows
     steps = _Steps(course, point, units)
-    size, wide, states, p = len(windows.axes), windows.first.size, len(motion.states), point.size
-    inside = np.zeros((wide, states + steps.forced, p + size))  # s, then G
-    now = inside[:, :states]
+    size, wide, forced, p = len(windows.axes), windows.first.size, steps.forced, point.size
+    inside = np.zeros((wide, 2 * forced, p + size))  # s without the disturbances', then G with theirs
+    now, pushes = inside[:, :forced], np.zeros((wide, size, p + size))
     now[:, np.arange(size), p + np.arange(size)] = 1.0
+    names = motion.structure.names
     for j, row in enumerate(motion.memories, size + len(motion.angles)):
-        now[:, j, motion.structure.names.index(f"time:{row.key}")] = steps.of_first_memory[row.key]
+        now[:, j, names.index(f"time:{row.key}")] = steps.of_first_memory[row.key]
     found, last = np.zeros((windows.measured.size, p + size)), np.empty_like(now)
     innovation = windows.measured - course.predicted
     gains = motion.gains()
-    of_gain = [motion.structure.names.index(f"gain:{axis}") for axis in windows.axes] if gains else []
-    of_drift = [motion.structure.names.index(f"drift:{axis}") for axis in windows.axes] if gains else []
+    own = [[names.index(f"{kind}:{axis}") for axis in windows.axes] for kind in ("gain", "drift") if gains is not None]
     with np.errstate(all="ignore"):
         for first in range(0, windows.steps, length):
             whole, slope, force = steps.matrices(first, min(first + length, windows.steps))
             for k, samples in enumerate(windows.by_step[first : first + length]):
                 last[:] = now
-                inside[:, states:, :p] = force[k]
+                inside[:, forced:, :p], inside[:, forced:, p:] = force[k], 0.0
+                inside[:, forced : forced + size] += pushes
                 now[:] = np.matmul(whole[k], inside)
                 if samples is None:
                     continue
-                at, w, i = samples.which, samples.window, samples.axis
-                before, after, rise = samples.shares[:, :, None]
-                value = before * last[w, i] + after * now[w, i]
-                if np.any(rise):
-                    begin = np.einsum("ms,msq->mq", slope[k][w, i], last[w])
-                    begin[:, :p] += force[k][w, i]
-                    value += rise * begin
-                found[at] = value
-                if gains is not None:
-                    now[w, i] -= gains[0][0, i, None] * value
-                    now[w, states - size + i] -= gains[1][0, i, None] * value
-                    now[w, i, np.array(of_gain)[i]] += innovation[at] * units[np.array(of_gain)[i]]
-                    now[w, states - size + i, np.array(of_drift)[i]] += innovation[at] * units[np.array(of_drift)[i]]
-            np.nan_to_num(now, copy=False, posinf=0.0, neginf=0.0)  # beside what runs away
-    return np.nan_to_num(found, posinf=0.0, neginf=0.0)
+                which, w, i = samples.which, samples.window, samples.axis
+                value = now[w, i]
+                if samples.inside:
+                    before, after, rise = samples.shares[:, :, None]
+                    begin = np.einsum("ms,msq->mq", slope[k][w, i], last[w]) + inside[w, forced + i]
+                    value = before * last[w, i] + after * value + rise * begin
+                found[which] = value
+                if gains is None:
+                    continue
+                for each, gain, places_of in zip((now, pushes), gains, np.array(own), strict=True):
+                    change = -gain[0, i, None] * value
+                    change[np.arange(i.size), places_of[i]] += innovation[which] * units[places_of[i]]
+                    each[w, i] += change
+            for each in (now, pushes):
+                np.nan_to_num(each, copy=False, posinf=0.0, neginf=0.0)  # beside what runs away
+    return np.asarray(np.nan_to_num(found, posinf=0.0, neginf=0.0))
 
 
 class _Steps:
@@ -115,10 +118,10 @@ class _Steps:
         return found
 
     def matrices(self, first: int, last: int) -> tuple[Array, Array, Array]:
-        """Of some steps: (steps, windows, states, states + forced) Φ beside Ψ, (steps, windows, states, states) A, and
-        (steps, windows, forced, p) G."""
+        """Of some steps: (steps, windows, forced, 2 forced) Φ beside Ψ, (steps, windows, forced, forced) A, and (steps,
+        windows, forced, p) G."""
         course, motion, h = self._course, self._motion, self._motion.windows.step
-        size, states, p = course.slopes.shape[1], len(motion.states), self._units.size
+        size, forced, p = course.slopes.shape[1], self.forced, self._units.size
         steps, wide = last - first, course.slopes.shape[2]
         before, after = course.states[first:last], course.states[first + 1 : last + 1]
         middle = 0.5 * (before + after)
@@ -127,29 +130,26 @@ class _Steps:
         signals = np.concatenate([middle, motion.efforts[first:last, 0], edges], axis=1)
         values = np.ones((self._factors.count, steps * wide))
         values[1 : len(motion.signals) + 1] = signals.transpose(1, 0, 2).reshape(len(motion.signals), -1)
-        self._factors.fill(values)
+        for function in self._factors.into(values):
+            function()
         both = values[self._one] * values[self._other]
         count = len(motion.pairs)
-        force = np.zeros((steps * wide, self.forced, p))
+        force = np.zeros((steps * wide, forced, p))
         force[:, :size] = (both[:count].T @ self._by_theta).reshape(-1, size, p)
         by_signal = (both[count:].T @ self._by_signal).reshape(steps * wide, size, -1)
         for place, signal, change in self._of_efforts:
             force[:, :size, place] += by_signal[:, :, signal] * change[first:last].reshape(-1, 1)
-        slope = np.zeros((steps * wide, states, states))
-        slope[:, :size] = by_signal[:, :, :states]
+        slope = np.zeros((steps * wide, forced, forced))
+        slope[:, :size] = by_signal[:, :, :forced]
         self._besides(slope, force, values[1 : len(motion.signals) + 1])
-        a = h * slope
-        share = np.eye(states) + a @ (0.5 * np.eye(states) + a / 6.0)
-        whole = np.concatenate([np.eye(states) + a @ share, h * share[:, :, : self.forced]], axis=2)
-        shape = (steps, wide, -1)
-        return (
-            whole.reshape(*shape, states + self.forced),
-            slope.reshape(*shape, states),
-            force.reshape(*shape, p),
-        )
+        a, one = h * slope, np.eye(forced)
+        share = one + a @ (0.5 * one + a / 6.0)
+        whole = np.concatenate([one + a @ share, h * share], axis=2)
+        shape = (steps, wide, forced, -1)
+        return whole.reshape(shape), slope.reshape(shape), force.reshape(shape)
 
     def _besides(self, slope: Array, force: Array, signals: Array) -> None:
-        """Writes the rows of angles, memories and disturbances."""
+        """Writes the rows of angles and memories."""
         motion, size = self._motion, self._course.slopes.shape[1]
         if motion.angles:
             rows = slice(size, size + len(motion.angles))
@@ -161,10 +161,8 @@ class _Steps:
         memories = zip(motion.memories, motion.constants, strict=True)
         for j, (row, constant) in enumerate(memories, size + len(motion.angles)):
             follows, value = motion.signals.index(row.follows), float(constant[0, 0])
-            if follows < len(motion.states):
+            if follows < self.forced:
                 slope[:, j, follows] += 1.0 / value
             slope[:, j, j] -= 1.0 / value
             at = motion.structure.names.index(f"time:{row.key}")
             force[:, j, at] = -(signals[follows] - signals[j]) / value * self._units[at]
-        if motion.structure.predictor:
-            slope[:, np.arange(size), len(motion.states) - size + np.arange(size)] = 1.0
