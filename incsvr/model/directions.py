@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.model.candidates import Candidate
-from incsvr.model.fitting import PARTS_OF_UNIT, Fit, unit, weights
+from incsvr.model.fitting import Fit, unit, weights
 from incsvr.model.left_out import Gain, blocks, folds, gain
-from incsvr.model.simulation import predict
+from incsvr.model.simulation import predict, simulate
+from incsvr.model.tangent import tangent
 from incsvr.numerics import Array
 
 
@@ -80,43 +81,40 @@ class Directions:
         block = blocks(self.found.problem.windows)
         by_block = np.stack([np.bincount(block, each) for each in rest.T], axis=1)
         spread = inverse @ (by_block.T @ by_block) @ inverse
-        new, squares = solution[p:], []
-        for each in (spread, inverse):
-            squares.append(float(new @ np.linalg.lstsq(each[p:, p:], new, rcond=1e-12)[0]))
+        new = solution[p:]
+        squares = [float(new @ np.linalg.lstsq(each[p:, p:], new, rcond=1e-12)[0]) for each in (spread, inverse)]
         return float(np.sqrt(max(min(squares) - (new.size - 1), 0.0)))
 
 
 def directions(found: Fit, every: Sequence[Candidate]) -> Directions:
     """The directions of candidates: derivatives of rows, finite changes of all else."""
     structure, problem = found.structure, found.problem
-    windows, p, axes = problem.windows, len(found.names), len(found.starts)
+    windows = problem.windows
     rows = {row.key: row for each in every for row in each.rows}
     wide = structure.plus(rows=list(rows.values()))
     theta = {**dict.fromkeys(rows, 0.0), **found.theta}
     names = (*found.names, *rows)
     units = np.array([unit(name, wide, theta, windows) for name in names])
+    point = np.array([theta[name] for name in wide.names])
     order = [wide.names.index(name) for name in names]
-    count = len(names) + axes + 1
-    columns = np.repeat(np.array([theta[name] for name in wide.names])[:, None], count, axis=1)
-    columns[order, np.arange(len(names))] += PARTS_OF_UNIT * units
-    starts = np.repeat(found.starts[:, None], count, axis=1)
-    nudge = PARTS_OF_UNIT * np.maximum(found.scale, windows.noise)
-    starts[np.arange(axes), len(names) + np.arange(axes)] += nudge[:, None]
-    errors = problem.errors(predict(wide, columns, windows, starts))
-    by = (errors[:, -1:] - errors[:, :-1]) / np.r_[np.full(len(names), PARTS_OF_UNIT), nudge]
+    course = simulate(wide, point, windows, found.starts)
+    of_wide = np.array([units[names.index(name)] for name in wide.names])
+    slopes = problem.white(tangent(course, point, of_wide))
+    by, by_start = slopes[:, order], slopes[:, len(names) :]
+    error = problem.white(windows.measured - course.predicted)
     finite, place = list[Array](), dict[int, tuple[int, ...]]()
     for k, each in enumerate(every):
         if each.rows:
             place[k] = tuple(names.index(row.key) for row in each.rows)
         else:
             place[k] = (len(names) + len(finite),)
-            finite.append(errors[:, -1] - _errors_with(found, each))
-    whole = np.column_stack([by[:, : len(names)], *finite, by[:, len(names) :]])
-    return Directions(found, place, *_normal_equations(found, errors[:, -1], whole, whole.shape[1] - axes))
+            finite.append(error - _errors_with(found, each))
+    whole = np.column_stack([by, *finite, by_start])
+    return Directions(found, place, *_normal_equations(found, error, whole, len(names) + len(finite)))
 
 
 def _errors_with(found: Fit, candidate: Candidate) -> Array:
-    """(samples,) the errors where a candidate is in force as it begins; a memory has a hundredth of the usual effort."""
+    """(samples,) the errors with a candidate as it begins; a memory has a hundredth of the usual effort."""
     structure, problem = candidate.structure, found.problem
     theta = {**found.theta, **candidate.start}
     for row in structure.rows:

@@ -13,18 +13,23 @@ from incsvr.numerics import Array
 
 Indices = NDArray[np.intp]
 
-SIMPLE: dict[str, Callable[[Array], Array]] = {
-    "size": np.abs, "square": np.square, "root": lambda x: np.sqrt(np.abs(x)), "sine": np.sin, "cosine": np.cos,
-    "drag": lambda x: x * np.abs(x), "sine2": lambda x: np.sin(2.0 * x), "cosine2": lambda x: np.cos(2.0 * x),
-    "signum": np.sign, "root_slope": lambda x: 0.5 * np.sign(x) / np.sqrt(np.maximum(np.abs(x), 1e-9)),
+Function = Callable[..., Array]
+"""Of an array, and of another one that takes its values."""
+SIMPLE: dict[str, Function] = {
+    "size": np.abs, "square": np.square, "sine": np.sin, "cosine": np.cos, "signum": np.sign,
+    "root": lambda x, out=None: np.sqrt(np.abs(x), out),
+    "drag": lambda x, out=None: np.multiply(x, np.abs(x), out),
+    "sine2": lambda x, out=None: np.sin(2.0 * x, out),
+    "cosine2": lambda x, out=None: np.cos(2.0 * x, out),
+    "root_slope": lambda x, out=None: np.divide(0.5 * np.sign(x), np.sqrt(np.maximum(np.abs(x), 1e-9)), out),
 }  # fmt: skip
 """Kinds of factors that are a function of their signal alone."""
-BY_WIDTH: dict[str, Callable[[Array, float], Array]] = {
-    "sign": lambda x, width: np.tanh(x / width),
-    "sign_slope": lambda x, width: (1.0 - np.tanh(x / width) ** 2) / width,
-    "after": lambda x, width: (x >= width).astype(np.float64),
+BY_WIDTH: dict[str, Function] = {
+    "sign": lambda width, x, out=None: np.tanh(x / width, out),
+    "sign_slope": lambda width, x, out=None: np.divide(1.0 - np.tanh(x / width) ** 2, width, out),
+    "after": lambda width, x, out=None: np.multiply(x >= width, 1.0, out),
 }
-"""Kinds of factors that depend on their width besides."""
+"""Kinds of factors that depend on their width besides, which comes first."""
 SLOPES = {
     "value": (1.0, "one"), "size": (1.0, "signum"), "square": (2.0, "value"), "root": (1.0, "root_slope"),
     "sine": (1.0, "cosine"), "cosine": (-1.0, "sine"), "sine2": (2.0, "cosine2"), "cosine2": (-2.0, "sine2"),
@@ -60,7 +65,7 @@ class Factors:
     def __init__(self, factors: Iterable[Factor], signals: Sequence[str]) -> None:
         at = {name: k + 1 for k, name in enumerate(signals)}
         self.place: dict[Factor, int] = {ONE: 0} | {Factor("value", name): k for name, k in at.items()}
-        self._functions: list[tuple[Callable[[Array], Array], slice | Indices, slice]] = []
+        self._functions: list[tuple[Function, slice | Indices, slice]] = []
         self._down: list[tuple[str, int]] = []
         new = [each for each in dict.fromkeys(factors) if each not in self.place]
         count = len(signals) + 1
@@ -74,7 +79,7 @@ class Factors:
                 count += len(own)
         for each in new:
             if each.kind in BY_WIDTH:
-                by_width = partial(BY_WIDTH[each.kind], width=each.width)
+                by_width = partial(BY_WIDTH[each.kind], each.width)
                 self._functions.append((by_width, slice(at[each.of], at[each.of] + 1), slice(count, count + 1)))
             elif each.kind.startswith("down"):
                 self._down.append((each.kind, count))
@@ -85,14 +90,18 @@ class Factors:
         self._angles = (at.get("roll"), at.get("pitch"))
         self.count = count
 
-    def fill(self, values: Array) -> None:
-        """Writes the functions into (…, factors, windows), which has 1 and the signals already."""
+    def into(self, values: Array) -> list[Callable[[], object]]:
+        """What writes the functions into (…, factors, windows), which has 1 and the signals already."""
+        found: list[Callable[[], object]] = []
         for function, of, to in self._functions:
-            values[..., to, :] = function(values[..., of, :])
+            if isinstance(of, slice):
+                found.append(partial(function, values[..., of, :], values[..., to, :]))
+            else:
+                found.append(partial(_gathered, function, values, of, values[..., to, :]))
         if self._down:
             roll, pitch = (values[..., place, :] for place in self._angles)
-            for kind, at in self._down:
-                values[..., at, :] = _down(kind, roll, pitch)
+            found += [partial(_down, kind, roll, pitch, values[..., at, :]) for kind, at in self._down]
+        return found
 
 
 def one_by_one(factor: Factor, signals: Mapping[str, Array]) -> Array:
@@ -102,15 +111,19 @@ def one_by_one(factor: Factor, signals: Mapping[str, Array]) -> Array:
     if factor.kind == "value":
         return signals[factor.of]
     if factor.kind in BY_WIDTH:
-        return BY_WIDTH[factor.kind](signals[factor.of], factor.width)
+        return BY_WIDTH[factor.kind](factor.width, signals[factor.of])
     if factor.kind.startswith("down"):
         return _down(factor.kind, signals["roll"], signals["pitch"])
     return SIMPLE[factor.kind](signals[factor.of])
 
 
-def _down(kind: str, roll: Array, pitch: Array) -> Array:
+def _gathered(function: Function, values: Array, of: Indices, out: Array) -> Array:
+    return function(values[..., of, :], out)
+
+
+def _down(kind: str, roll: Array, pitch: Array, out: Array | None = None) -> Array:
     """A part of the downward direction in the body's frame (Fossen 2011, Eq. 2.18), or its slope by pitch."""
     if kind == "down_x":
-        return np.asarray(-np.sin(pitch))
+        return np.asarray(np.negative(np.sin(pitch), out))
     across = np.sin(roll) if kind.startswith("down_y") else np.cos(roll)
-    return np.asarray((-np.sin(pitch) if kind.endswith("pitch") else np.cos(pitch)) * across)
+    return np.asarray(np.multiply(-np.sin(pitch) if kind.endswith("pitch") else np.cos(pitch), across, out))

@@ -14,15 +14,14 @@ import numpy as np
 from incsvr.model.efforts import Stage
 from incsvr.model.factors import one_by_one
 from incsvr.model.series import effort_of
-from incsvr.model.simulation import predict
+from incsvr.model.simulation import Course, simulate
 from incsvr.model.structure import Structure, Theta, is_logarithm
+from incsvr.model.tangent import tangent
 from incsvr.model.windows import Windows
 from incsvr.numerics import Array, robust_deviation, root_mean_square
 
 DEGREES = 6.0
 """Degrees of freedom of Student's t: outliers of a gyro or a log weigh little; normal errors lose 5 % of weight."""
-PARTS_OF_UNIT = 1e-3
-"""Share of its unit by which a parameter is moved for a slope."""
 
 
 @dataclass(frozen=True)
@@ -43,17 +42,21 @@ class Problem:
         """The problem in which some windows (a mask) do not move θ."""
         return replace(self, counts=np.where(windows, 0.0, 1.0))
 
-    def errors(self, predicted: Array) -> Array:
-        """(samples, columns) measured less predicted, without the errors' colour."""
-        error = self.windows.measured[:, None] - predicted
+    def white(self, error: Array) -> Array:
+        """(samples,) or (samples, columns) errors, or their slopes, without the errors' colour."""
         if self.colour is None:
-            return np.asarray(error)
+            return error
         axis, window = self.windows.axis, self.windows.window
         found = error.copy()
         for k in range(1, self.colour.shape[1] + 1):
             follows = (window[k:] == window[:-k]) & (axis[k:] == axis[:-k])
-            found[k:] -= (self.colour[axis[k:], k - 1] * follows)[:, None] * error[:-k]
+            share = self.colour[axis[k:], k - 1] * follows
+            found[k:] -= share.reshape(-1, *(1,) * (error.ndim - 1)) * error[:-k]
         return np.asarray(found)
+
+    def errors(self, predicted: Array) -> Array:
+        """(samples, columns) measured less predicted, without the errors' colour."""
+        return self.white(self.windows.measured[:, None] - predicted)
 
 
 @dataclass(frozen=True)
@@ -66,12 +69,10 @@ class Fit:
         starts: (axes, windows) fitted velocities at the windows' first edges.
         scale: (axes,) Student's scale of the errors.
         cost: (windows,) minus the logarithm of the likelihood, up to a constant.
-        normal, gradient: (windows, p, p) and (windows, p) each window's share of the normal equations, its start
-            eliminated, by units.
         units: (p,) of the parameters.
         error: (samples,) measured less predicted.
         prior: (p,) the priors' share of the normal equations, by units.
-        by_theta: (axes, windows, p) by how much a step of θ, by units, lowers each window's fitted start.
+        slopes: of the predictions there, and the normal equations.
     """
 
     structure: Structure
@@ -80,12 +81,20 @@ class Fit:
     starts: Array
     scale: Array
     cost: Array
-    normal: Array
-    gradient: Array
     units: Array
     error: Array
     prior: Array
-    by_theta: Array
+    slopes: Slopes
+
+    @property
+    def normal(self) -> Array:
+        """(windows, p, p) each window's share of the normal equations, its start eliminated, by units."""
+        return self.slopes.normal
+
+    @property
+    def gradient(self) -> Array:
+        """(windows, p) each window's share of the gradient, its start eliminated, by units."""
+        return self.slopes.gradient
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -125,16 +134,16 @@ def fit(
     counts = np.ones(windows.first.size) if problem.counts is None else problem.counts
     inverse_prior = np.array([1.0 / structure.prior(name) ** 2 for name in names])
     logarithms = np.array([is_logarithm(name) for name in names], dtype=bool)
-    error = problem.errors(predict(structure, point[:, None], windows, begin[:, None]))[:, 0]
-    scale = scales(error, windows)
-    damping, state = 1e-4, None
+    course = simulate(structure, point, windows, begin)
+    error = problem.white(windows.measured - course.predicted)
+    scale, damping, ended = scales(error, windows), 1e-4, False
     for turn in range(rounds + 1):
-        state = slopes_of(structure, point, problem, begin, scale, units)
-        if turn == rounds:
+        slopes = slopes_of(structure, point, problem, begin, scale, units, course)
+        if turn == rounds or ended:
             break
-        normal = np.tensordot(counts, state.normal, 1) + np.diag(units**2 * inverse_prior)
-        slope = counts @ state.gradient - point * units * inverse_prior
-        now = float(counts @ state.cost) + 0.5 * float(point**2 @ inverse_prior)
+        normal = np.tensordot(counts, slopes.normal, 1) + np.diag(units**2 * inverse_prior)
+        slope = counts @ slopes.gradient - point * units * inverse_prior
+        now = float(counts @ slopes.cost) + 0.5 * float(point**2 @ inverse_prior)
         gain = 0.0
         for _ in range(6):
             step = bounded(
@@ -142,24 +151,22 @@ def fit(
             )
             moved = np.where(logarithms, np.clip(step * units, -0.7, 0.7), step * units)
             new = np.clip(point + moved, low, high)
-            behind = begin - np.einsum("awp,p->aw", state.by_theta, step) + state.own
-            rest = problem.errors(predict(structure, new[:, None], windows, behind[:, None]))[:, 0]
+            behind = begin - np.einsum("awp,p->aw", slopes.by_theta, step) + slopes.own
+            trial = simulate(structure, new, windows, behind)
+            rest = problem.white(windows.measured - trial.predicted)
             after = float(counts @ costs_of(rest, scale, problem, behind)) + 0.5 * float(new**2 @ inverse_prior)
             if after < now:
                 gain = now - after
-                point, begin, scale, damping = new, behind, scales(rest, windows, scale), max(0.1 * damping, 1e-8)
+                point, begin, course, damping = new, behind, trial, max(0.1 * damping, 1e-8)
+                scale = scales(rest, windows, scale)
                 break
             damping *= 10.0
         if gain == 0.0:
             break
-        if gain < tolerance * max(1.0, 0.01 * np.sqrt(error.size)) and turn > 0:
-            state = slopes_of(structure, point, problem, begin, scale, units)
-            break
-    assert state is not None
-    return Fit(
-        structure, dict(zip(names, point.tolist(), strict=True)), problem, begin, scale, state.cost, state.normal,
-        state.gradient, units, state.error, units**2 * inverse_prior, state.by_theta,
-    )  # fmt: skip
+        ended = gain < tolerance * max(1.0, 0.01 * np.sqrt(error.size)) and turn > 0
+    found = dict(zip(names, point.tolist(), strict=True))
+    prior = units**2 * inverse_prior
+    return Fit(structure, found, problem, begin, scale, slopes.cost, units, slopes.error, prior, slopes)
 
 
 @dataclass(frozen=True)
@@ -167,7 +174,9 @@ class Slopes:
     """Costs and normal equations at a point.
 
     Attributes:
-        cost, normal, gradient, error, by_theta: as in `Fit`.
+        cost, error: as in `Fit`.
+        normal, gradient: (windows, p, p) and (windows, p) each window's share, its start eliminated, by units.
+        by_theta: (axes, windows, p) by how much a step of θ, by units, lowers each window's fitted start.
         own: (axes, windows) the step of each window's start at this θ.
         by: (samples, p + axes) slopes of the predictions by units of θ, then by the starts.
         across, inner: (windows, p, axes), (windows, axes, axes) parts of the normal equations of θ and the starts.
@@ -184,24 +193,25 @@ class Slopes:
     inner: Array
 
 
-def slopes_of(structure: Structure, point: Array, problem: Problem, begin: Array, scale: Array, units: Array) -> Slopes:
-    """Costs and normal equations of every window at a point, by differences of all parameters side by side."""
+def slopes_of(
+    structure: Structure,
+    point: Array,
+    problem: Problem,
+    begin: Array,
+    scale: Array,
+    units: Array,
+    course: Course | None = None,
+) -> Slopes:
+    """Costs and normal equations of every window at a point, whose course is simulated where it is not given."""
     windows, p = problem.windows, point.size
-    axes = len(begin)
-    columns = np.tile(point[:, None], (1, p + axes + 1))
-    columns[np.arange(p), np.arange(p)] += PARTS_OF_UNIT * units
-    starts = np.repeat(begin[:, None], p + axes + 1, axis=1)
-    nudge = PARTS_OF_UNIT * np.maximum(scale, windows.noise)
-    for i in range(axes):
-        starts[i, p + i] += nudge[i]
-    errors = problem.errors(predict(structure, columns, windows, starts))
-    by = (errors[:, -1:] - errors[:, :-1]) / np.r_[np.full(p, PARTS_OF_UNIT), nudge]
-    error = errors[:, -1]
+    course = simulate(structure, point, windows, begin) if course is None else course
+    by = problem.white(tangent(course, point, units))
+    error = problem.white(windows.measured - course.predicted)
     weight = weights(error, scale, windows)
     blocks = np.stack([by[part].T @ (by[part] * weight[part, None]) for part in windows.samples])
     across = blocks[:, :p, p:]
     inner = blocks[:, p:, p:] + np.diag(np.minimum(windows.noise, scale) ** -2.0)
-    by_theta = np.linalg.solve(inner, across.transpose(0, 2, 1))
+    by_theta = np.asarray(np.linalg.solve(inner, across.transpose(0, 2, 1)))
     normal = blocks[:, :p, :p] - across @ by_theta
     cost, nothing = costs_of(error, scale, problem, begin), np.empty(0)
     found = Slopes(cost, normal, nothing, error, by_theta.transpose(1, 0, 2), nothing, by, across, inner)

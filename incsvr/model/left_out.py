@@ -54,7 +54,7 @@ def left_out(found: Fit) -> Array:
     problem, windows = found.problem, found.problem.windows
     fold, cost = folds(windows), found.cost.copy()
     steps = _steps(found)
-    begins = found.starts[:, None] - np.einsum("awp,pk->akw", found.by_theta, steps)
+    begins = found.starts[:, None] - np.einsum("awp,pk->akw", found.slopes.by_theta, steps)
     errors = problem.errors(predict(found.structure, fold_parameters(found), windows, begins))
     for j, k in enumerate(np.unique(fold)):
         own = fold == k

@@ -46,16 +46,17 @@ def products(structure: Structure, columns: Array) -> tuple[list[Pair], Array]:
         for part in row.parts:
             add(part.one, part.other, part.axis, -part.sign * values[row.key])
     if structure.tied:
-        whole = np.zeros((count, 6, 6))
         places = [VELOCITIES.index(axis) for axis in structure.axes]
-        whole[:, np.array(places)[:, None], places] = masses
+        different = {name: np.array([0.37 * (k + 1)]) for k, name in enumerate(structure.names)}
+        whole = np.zeros((count + 1, 6, 6))  # the last of masses that differ, because equal ones have fewer products
+        whole[:, np.array(places)[:, None], places] = np.concatenate([masses, structure.masses(different)])
         weights = product_weights(whole)
         for k, (a, b) in enumerate(PAIRS):
             if a in places and b in places:
                 for axis, place in zip(structure.axes, places, strict=True):
-                    if np.any(weights[:, place, k]):
-                        add(value(VELOCITIES[a]), value(VELOCITIES[b]), axis, -weights[:, place, k])
-    return list(terms), np.linalg.solve(masses, np.stack(list(terms.values()), axis=2))
+                    if weights[-1, place, k]:
+                        add(value(VELOCITIES[a]), value(VELOCITIES[b]), axis, -weights[:-1, place, k])
+    return list(terms), np.asarray(np.linalg.solve(masses, np.stack(list(terms.values()), axis=2)))
 
 
 def effort(structure: Structure, values: dict[str, Array], windows: Windows, axis: str) -> Array:
@@ -101,10 +102,27 @@ class Motion:
             self.edges[:, j] = windows.channel[name][windows.at]
         self.constants = [self.value[f"time:{row.key}"][:, None] for row in self.memories]
         self._at = {name: k for k, name in enumerate(self.signals)}
-        self._values = np.ones((self.count, self.factors.count, shape[2]))
-        self._products = np.empty((2, self.count, len(self.pairs), shape[2]))
-        self._efforts = slice(len(self.states) + 1, len(self.states) + 1 + len(efforts))
-        self._channels = slice(self._efforts.stop, len(self.signals) + 1)
+        self._arrange(shape[2])
+
+    def _arrange(self, wide: int) -> None:
+        """The arrays of a step: all factors, then those products that are none of a factor and 1, beside one matrix."""
+        size, states, count = len(self.structure.axes), len(self.states), self.factors.count
+        true = np.flatnonzero((self.one > 0) & (self.other > 0))
+        self._one, self._other = self.one[true], self.other[true]
+        self._whole = np.zeros((self.count, size, count + true.size))
+        for k, (a, b) in enumerate(zip(self.one, self.other, strict=True)):
+            if a == 0 or b == 0:
+                self._whole[:, :, a + b] += self.matrix[:, :, k]
+        self._whole[:, :, count:] = self.matrix[:, :, true]
+        if self.structure.predictor:  # an acceleration that lasts until a sample contradicts
+            self._whole[:, :, states - size + 1 : states + 1] += np.eye(size)
+        self._all = np.ones((self.count, count + true.size, wide))
+        self._values, self._products = self._all[:, :count], self._all[:, count:]
+        self._beside = np.empty_like(self._products)
+        self.state = self._values[:, 1 : states + 1]
+        self._efforts = self._values[:, states + 1 : states + 1 + self.efforts.shape[2]]
+        self._channels = self._values[:, states + 1 + self.efforts.shape[2] : len(self.signals) + 1]
+        self._fill = self.factors.into(self._values)
 
     def start(self, starts: Array) -> Array:
         """(columns, states, windows) at the windows' first edges, from (axes, columns, windows) velocities."""
@@ -129,29 +147,29 @@ class Motion:
     def enter(self, k: int, part: float) -> None:
         """Reads efforts, which are means of step k, and channels at a part of it: 0, 0.5 or 1."""
         if part == 0.0:
-            self._values[:, self._efforts] = self.efforts[k]
+            self._efforts[:] = self.efforts[k]
         if self.channels:
             before, after = self.edges[k], self.edges[k + 1]
-            channels = before if part == 0.0 else after if part == 1.0 else 0.5 * (before + after)
-            self._values[:, self._channels] = channels
+            self._channels[:] = before if part == 0.0 else after if part == 1.0 else 0.5 * (before + after)
 
-    def slope(self, state: Array, out: Array) -> None:
-        """Writes the slope of a state (columns, states, windows) at the instant that was entered."""
-        values, size = self._values, len(self.structure.axes)
-        values[:, 1 : len(self.states) + 1] = state
-        self.factors.fill(values)
-        one, other = self._products
-        np.take(values, self.one, axis=1, out=one, mode="clip")  # any other mode copies once more
-        np.take(values, self.other, axis=1, out=other, mode="clip")
-        one *= other
-        np.matmul(self.matrix, one, out=out[:, :size])
+    def slope(self, out: Array) -> None:
+        """Writes the slope of `state` (columns, states, windows), at the instant that was entered, but the 0 of a
+        disturbance."""
+        size = len(self.structure.axes)
+        for function in self._fill:
+            function()
+        if self._one.size:
+            self._values.take(self._one, 1, self._products, "clip")  # any other mode copies once more
+            self._values.take(self._other, 1, self._beside, "clip")
+            np.multiply(self._products, self._beside, out=self._products)
+        if self.count == 1:
+            np.dot(self._whole[0], self._all[0], out=out[0, :size])
+        else:
+            np.matmul(self._whole, self._all, out=out[:, :size])
         if self.angles:
-            out[:, size : size + len(self.angles)] = self.turning(values[:, 1:])
+            out[:, size : size + len(self.angles)] = self.turning(self._values[:, 1:])
         for j, (row, constant) in enumerate(zip(self.memories, self.constants, strict=True), size + len(self.angles)):
-            out[:, j] = (values[:, 1 + self._at[row.follows]] - state[:, j]) / constant
-        if self.structure.predictor:  # an acceleration that lasts until a sample contradicts
-            out[:, :size] += state[:, -size:]
-            out[:, -size:] = 0.0
+            out[:, j] = (self._values[:, 1 + self._at[row.follows]] - self.state[:, j]) / constant
 
     def turning(self, signals: Array) -> Array:
         """(…, angles, windows) slopes of the angles from (…, signals, windows) (Fossen 2011, Eq. 2.26); a velocity that

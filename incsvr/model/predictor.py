@@ -22,10 +22,9 @@ from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, robust_deviation
 
 STARTS = ((0.3, 0.02), (0.9, 0.3))
-"""Gain of a sample on the velocity, and in a sample on the disturbance, from which fits begin: a noisy sensor, and rough
-water."""
+"""Gains of a sample on the velocity, and on the disturbance in a sample, from which fits begin: noise, and rough water."""
 WALKS = (0.03, 0.1, 0.3, 1.0)
-"""How far an effort walks from sample to sample, in deviations of its noise, of which the one that predicts best is taken."""
+"""How far an effort may walk from sample to sample, in deviations of its noise: the best predictor decides."""
 
 
 @dataclass(frozen=True)
@@ -129,8 +128,10 @@ def _smoothed(runs: Sequence[Streams], name: str, ratio: float) -> tuple[list[St
 
 
 def _level(value: Array, noise: float, walk: float, rounds: int = 15) -> Array:
-    """(n,) a level that walks at random under noise, both with the tails of Student's t: spikes are no level, and a step
-    stays one (A. C. Harvey, Forecasting, Structural Time Series Models and the Kalman Filter, Section 2.4)."""
+    """(n,) a level that walks at random under noise, both with the tails of Student's t: steps stay, spikes do not.
+
+    A. C. Harvey, Forecasting, Structural Time Series Models and the Kalman Filter, Section 2.4.
+    """
     level = value.copy()
     middle = np.median([value[:-2], value[1:-1], value[2:]], axis=0)
     level[1:-1] = middle

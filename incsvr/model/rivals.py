@@ -39,7 +39,10 @@ def excluded_free_runs(
         predicted = predict(structure, columns, windows, starts)[np.arange(windows.window.size), windows.window]
         errors = {name: windows.measured - np.clip(predicted, -1e3, 1e3)}
         if not found:
-            errors |= {"zero": windows.measured, "hold": windows.measured - windows.starts[windows.axis, windows.window]}
+            errors |= {
+                "zero": windows.measured,
+                "hold": windows.measured - windows.starts[windows.axis, windows.window],
+            }
         for label, error in errors.items():
             found[label] = np.array([root_mean_square(error[windows.axis == i]) for i in range(len(axes))])
     return found

@@ -64,41 +64,41 @@ def simulate(structure: Structure, point: Array, windows: Windows, starts: Array
 def _run(motion: Motion, starts: Array, course: Course | None) -> Array:
     """(samples, columns) the sensors' values; writes what a course keeps."""
     windows, gains, h = motion.windows, motion.gains(), motion.windows.step
+    weights = h / 6.0 * np.array([1.0, 2.0, 2.0, 1.0])
     size, wide = len(windows.axes), windows.first.size
     state = motion.start(starts)
     shape = state.shape
-    k1, k2, k3, k4, inside, before = (np.zeros(shape) for _ in range(6))
+    every, before = np.zeros((4, *shape)), np.zeros(shape)
+    k1, k2, k3, k4 = every
+    change, part, of_stages = np.zeros(state.size), motion.state, every.reshape(4, -1)
+    flatly, first, rise = (each.reshape(shape[0], -1) for each in (state, before, k1))
     found = np.zeros((windows.measured.size, shape[0]))
     with np.errstate(all="ignore"):
         for k, samples in enumerate(windows.by_step):
             before[:] = state
+            part[:] = state
             motion.enter(k, 0.0)
-            motion.slope(state, k1)
-            motion.enter(k, 0.5)
-            for share, last, new in ((0.5 * h, k1, k2), (0.5 * h, k2, k3), (h, k3, k4)):
-                if new is k4:
-                    motion.enter(k, 1.0)
-                np.multiply(last, share, out=inside)
-                inside += state
-                motion.slope(inside, new)
-            k2 += k3
-            k2 *= 2.0
-            k2 += k1
-            k2 += k4
-            k2 *= h / 6.0
-            state += k2
+            motion.slope(k1)
+            for share, last, new in ((0.5, k1, k2), (0.5, k2, k3), (1.0, k3, k4)):
+                motion.enter(k, share)
+                np.multiply(last, share * h, out=part)
+                np.add(part, state, out=part)
+                motion.slope(new)
+            np.dot(weights, of_stages, out=change)
+            state += change.reshape(shape)
             np.minimum(state, RUNAWAY, out=state)
             np.maximum(state, -RUNAWAY, out=state)
             if course is not None:
                 course.states[k], course.slopes[k], course.ends[k] = before[0], k1[0, :size], state[0, :size]
             if samples is not None:
-                at, flat = samples.which, samples.flat
-                parts = (each.reshape(shape[0], -1).take(flat, axis=1) for each in (before, state, k1))
-                value = sum(share * part for share, part in zip(samples.shares, parts, strict=True))
-                found[at] = value.T
+                which, flat = samples.which, samples.flat
+                value = flatly.take(flat, axis=1)
+                if samples.inside:
+                    start, end, slope = samples.shares
+                    value = start * first.take(flat, axis=1) + end * value + slope * rise.take(flat, axis=1)
+                found[which] = value.T
                 if gains is not None:
-                    innovation = windows.measured[at] - value
-                    flatly = state.reshape(shape[0], -1)
+                    innovation = windows.measured[which] - value
                     flatly[:, flat] += gains[0][:, samples.axis] * innovation
                     flatly[:, flat + (shape[1] - size) * wide] += gains[1][:, samples.axis] * innovation
         if course is not None:

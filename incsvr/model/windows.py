@@ -45,12 +45,14 @@ class Samples:
         flat: place of the velocity in an array (axes, windows).
         shares: (3, samples) in a sample's value of the velocities at the step's beginning and end, and of the slope at
             its beginning [s]: a parabola.
+        inside: whether any is before the step's end.
     """
 
     which: Indices
     axis: Indices
     window: Indices
     flat: Indices
+    inside: bool
     shares: Array
 
 
@@ -119,7 +121,7 @@ class Windows:
         axis, window, f = self.axis[which], self.window[which], self.part[which]
         f = np.where(f > 0.999, 1.0, f)
         shares = np.stack([1.0 - f * f, f * f, self.step * (f - f * f)])
-        return Samples(which, axis, window, axis * self.first.size + window, shares)
+        return Samples(which, axis, window, axis * self.first.size + window, bool(np.any(f < 1.0)), shares)
 
     def edges(self, grid: Grid) -> Array:
         """(steps + 1,) edges of a recording [s]."""

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
-from incsvr.model.rows import damping, memory
-from incsvr.model.simulation import simulate
+from incsvr.model.rows import Factor, damping, memory, row, value
+from incsvr.model.simulation import predict, simulate
 from incsvr.model.structure import Structure
+from incsvr.model.tangent import tangent
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import AXES, VELOCITIES
 from incsvr.plant.mass_and_coriolis import coriolis_force
+from tests.incsvr.model.turning import Turning, dive
 
 MASS = np.array([[76.0, 0.0, 0.0], [0.0, 147.0, 8.0], [0.0, 8.0, 41.0]])
 LINEAR, QUADRATIC = np.array([20.0, 60.0, 12.0]), np.array([40.0, 90.0, 30.0])
@@ -93,3 +96,45 @@ def test_the_coriolis_force_of_a_tied_structure_is_the_plants() -> None:
     expected = coriolis_force(mass, windows.starts.T)
     assert windows.starts.shape == (6, 30)
     assert np.abs(mass @ slopes + expected.T).max() < 1e-9 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("predictor", [False, True])
+def test_the_tangent_is_the_slope_of_the_predictions(predictor: bool) -> None:
+    """Against differences, for masses, C(ν), rows of each kind, a memory, stages of the effort, gains and starts."""
+    log = dict(dive(Turning(inertia=12.0), 1, seconds=30.0))
+    log["pitch"] = (log["surge"][0], 0.2 * np.sin(log["surge"][0]))
+    log["roll"] = log["pitch"]
+    log["sway"], log["surge_force"] = (log["surge"][0] + 0.03, 0.3 * log["surge"][1]), log["torque"]
+    axes = ("surge", "sway", "yaw_rate")
+    kinds = ("size", "square", "root", "sine", "cosine", "drag", "sine2", "cosine2", "down_x", "down_y", "down_z")
+    rows = [row(kind, "yaw_rate", Factor(kind, "surge"), Factor("sign", "yaw_rate", 0.1)) for kind in kinds]
+    rows += [row("inflow", "surge", value("surge"), Factor("root", "torque")), memory("yaw_rate", (1.0,))]
+    structure = Structure(
+        axes,
+        ("surge", "yaw_rate"),
+        (*(each for axis in axes for each in damping(axis)), *rows),
+        tied=True,
+        coupled=(("sway", "yaw_rate"),),
+        stages=(("lag", "yaw_rate"), ("exponent", "surge")),
+        shift_priors={"yaw_rate": 0.05},
+        predictor=predictor,
+        channels=("roll", "pitch"),
+    )
+    windows = cut([log], structure, 0.05, 5.0)
+    theta = dict.fromkeys(structure.names, 0.3) | {"mass:surge": 3.0, "mass:sway": 3.5, "mass:yaw_rate": 2.5}
+    point, units = np.array([theta[name] for name in structure.names]), np.full(len(structure.names), 0.1)
+    found = tangent(simulate(structure, point, windows, windows.starts), point, units)
+    nudges = 1e-4 * np.diag(np.r_[units, np.ones(3)])
+    ends = [
+        predict(
+            structure,
+            point[:, None] + sign * nudges[: point.size],
+            windows,
+            windows.starts[:, None] + sign * nudges[point.size :, :, None],
+        )
+        for sign in (1.0, -1.0)
+    ]
+    expected = (ends[0] - ends[1]) / 2e-4
+    size = np.sqrt(np.mean(expected**2, axis=0))
+    assert size.min() > 0.0
+    assert np.sqrt(np.mean((found - expected) ** 2, axis=0) / size**2).max() < 0.01
