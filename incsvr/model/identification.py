@@ -12,28 +12,46 @@ from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import gain, left_out
 from incsvr.model.predictor import predictor
+from incsvr.model.rivals import excluded_free_runs
 from incsvr.model.rows import Row, free_products, mirrored
 from incsvr.model.scales import motion_scale, step_of, time_constants
 from incsvr.model.search import Found, search
 from incsvr.model.series import duration, effort_of, period, values
 from incsvr.model.start import start
 from incsvr.model.structure import Structure
-from incsvr.model.windows import ANGLES, cut
+from incsvr.model.windows import ANGLES, Windows, cut
 from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import VELOCITIES
 
 
 @dataclass(frozen=True)
 class Identification:
-    """The plain model, and the best.
+    """A vehicle, identified.
 
     Attributes:
-        plain: mass, own damping, restoring, and C(ν) of M where several axes are predicted.
-        found: the model with the effects that the plain one lacks.
+        found: the effects that the plain model lacks, as a predictor, which is right in open and in closed loop.
+        reliability: by axis, the share of its effort's variance that is no noise.
+        models: simulators, fitted to free courses of windows: `plain`, `effects` where any was found, and both with
+            `, free inertia` where any is declared.
+        excluded: (axes,) by model, and for `zero` and `hold`, the RMS error of free runs of recordings, or of long
+            blocks of one or two, by the fit without them [m/s], [rad/s].
     """
 
-    plain: Fit
     found: Found
+    reliability: Mapping[str, float]
+    models: Mapping[str, Fit]
+    excluded: Mapping[str, Array]
+
+    @property
+    def best(self) -> str:
+        """The name of the simulator with the smallest error of excluded free runs, in shares of a velocity of zero."""
+        zero = self.excluded["zero"]
+        return min(self.models, key=lambda name: float(np.mean(self.excluded[name] / zero)))
+
+    @property
+    def model(self) -> Fit:
+        """The best simulator."""
+        return self.models[self.best]
 
 
 def structure_of(
@@ -155,7 +173,35 @@ def identify(
         plain, found = choose_coriolis(plain, runs, say=say)
     base = predictor(found, runs)
     say(f"predictor: step {base.fit.problem.windows.step:.3g} s, cost {base.fit.value:.0f}, {base.reliability}")
-    return Identification(plain, search(base, pool(plain.structure, base.fit.problem.windows.runs), most, say=say))
+    result = search(base, pool(plain.structure, base.fit.problem.windows.runs), most, say=say)
+    models = _simulators(found, result)
+    excluded = excluded_free_runs(models, runs)
+    say(f"free runs of excluded recordings: {excluded}")
+    return Identification(result, base.reliability, models, excluded)
+
+
+def _simulators(plain: Fit, found: Found) -> dict[str, Fit]:
+    """The plain model and that with effects, as simulators, with the inertia declared and free."""
+    models = {"plain": plain}
+    if found.added:
+        structure = replace(found.fit.structure, predictor=False)
+        problem = Problem(_as_cut(plain, found.fit.problem.windows.runs, structure))
+        new = {name: found.fit.theta[name] for name in structure.names}
+        starts = (new, {**new, **{name: value for name, value in plain.theta.items() if name in new}})
+        models["effects"] = min((fit(structure, each, problem) for each in starts), key=lambda each: each.value)
+    for name, model in list(models.items()):
+        given = model.structure.given
+        if given:
+            free = {f"mass:{axis}": value for axis, value in given.items()}
+            structure = replace(model.structure, given={})
+            models[f"{name}, free inertia"] = fit(structure, {**model.theta, **free}, model.problem, model.starts)
+    return models
+
+
+def _as_cut(model: Fit, runs: Sequence[Streams], structure: Structure) -> Windows:
+    """Recordings cut as those of a fit."""
+    windows = model.problem.windows
+    return cut(runs, structure, windows.step, windows.step * windows.steps)
 
 
 def choose_coriolis(

@@ -1,7 +1,8 @@
-"""Intervals of 95 % of fitted parameters over blocks of windows, widened by what halving the log changes."""
+"""Intervals of 95 % of fitted parameters over blocks of windows, widened by what other fits of them change."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,8 +21,7 @@ class Interval:
 
     Attributes:
         value, low, high: in the parameter's unit.
-        moved: the change by fitting to every second sample, in half widths that the blocks give; beyond one, the log is
-            too coarse for the parameter.
+        moved: the largest change in other fits, in half widths that the blocks give.
     """
 
     value: float
@@ -49,14 +49,18 @@ def halved(found: Fit) -> Fit:
     return fit(structure, found.theta, Problem(coarse), rounds=8)
 
 
-def intervals(found: Fit, half: Fit | None = None) -> dict[str, Interval]:
-    """The interval of every parameter; `half` is the fit to every second sample, None where it was not made."""
+def intervals(found: Fit, others: Sequence[Fit] = ()) -> dict[str, Interval]:
+    """The interval of every parameter; what other fits of the structure move beyond it widens it.
+
+    Args:
+        others: the fit to every second sample; the predictor, which shows motion that the simulation does not contain.
+    """
     result = {}
-    for name, deviation in zip(found.names, np.sqrt(np.diag(covariance(found))), strict=True):
+    for name, deviation in zip(found.names, np.sqrt(np.maximum(np.diag(covariance(found)), 0.0)), strict=True):
         at, width = found.theta[name], 1.96 * float(deviation)
-        change = abs(half.theta[name] - at) if half is not None else 0.0
-        width_of_both = float(np.hypot(width, change)) if change > width else width
-        ends = np.clip([at, at - width_of_both, at + width_of_both], *found.structure.bounds(name))
+        change = max((abs(each.theta[name] - at) for each in others if name in each.theta), default=0.0)
+        whole = float(np.hypot(width, change)) if change > width else width
+        ends = np.clip([at, at - whole, at + whole], *found.structure.bounds(name))
         value, low, high = (np.exp(ends) if is_logarithm(name) else ends).tolist()
         result[name] = Interval(value, low, high, change / max(width, 1e-300))
     return result

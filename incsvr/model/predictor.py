@@ -22,7 +22,7 @@ from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, robust_deviation
 
 STARTS = ((0.3, 0.02), (0.9, 0.3))
-"""Gains of a sample on the velocity, and on the disturbance in a sample, from which fits begin: noise, and rough water."""
+"""Gains of a sample on the velocity and on the disturbance, per sample, of a noisy sensor and in rough water."""
 WALKS = (0.03, 0.1, 0.3, 1.0)
 """How far an effort may walk from sample to sample, in deviations of its noise: the best predictor decides."""
 

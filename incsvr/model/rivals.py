@@ -1,4 +1,4 @@
-"""Free runs of recordings that a fit excluded: of several models, of a velocity of zero, and of the first value kept."""
+"""Free runs of recordings that a fit excluded: of models, of a velocity of zero, and of the first value kept."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def search(
     base: Predictor,
     effects: Mapping[str, Sequence[Row]],
     most: int = 6,  # of a dozen vehicles none had more
-    enough: float = 12.0,  # of the logarithm of the likelihood: the best of a hundred reaches 8 by chance once in 100 logs
+    enough: float = 12.0,  # of the logarithm of the likelihood; the best of a hundred by chance reaches 8
     *,
     say: Callable[[str], None] = lambda _: None,
 ) -> Found:

@@ -2,7 +2,7 @@
 
 mass:surge (logarithm)        mass:sway*yaw_rate         linear@surge, cross_flow:surge@yaw_rate, …
 shift:torque [s]              lag:torque, limit:torque, dead:torque, reverse:torque, exponent:torque (logarithms)
-time:memory@yaw_rate (logarithm)                         gain:surge (0 to 1), drift:surge [1/s] (logarithm): of a predictor
+time:memory@yaw_rate (logarithm)                         gain:surge, drift:surge (logarithm of 1/s): of a predictor
 """
 
 from __future__ import annotations
