@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.model.efforts import Stage
 from incsvr.model.factors import one_by_one
@@ -49,7 +51,7 @@ class Fit:
         units: (p,) of the parameters.
         error: (samples,) measured less predicted.
         prior: (p,) the priors' share of the normal equations, by units.
-        slopes: of the predictions there, and the normal equations.
+        known: the slopes of the predictions, or the course, until the normal equations are made of it.
     """
 
     structure: Structure
@@ -61,7 +63,16 @@ class Fit:
     units: Array
     error: Array
     prior: Array
-    slopes: Slopes
+    known: list[Course | Array]
+
+    @cached_property
+    def slopes(self) -> Slopes:
+        """Of the predictions, and the normal equations."""
+        known = self.known.pop()
+        if isinstance(known, Course):
+            known = tangent(known, np.array([self.theta[name] for name in self.names]), self.units)
+        found = equations(known, self.problem, self.error, self.starts, self.scale)
+        return replace(found, by=found.by.astype(np.float32))  # many fits keep theirs
 
     @property
     def normal(self) -> Array:
@@ -113,11 +124,11 @@ def fit(
     logarithms = np.array([is_logarithm(name) for name in names], dtype=bool)
     course = simulate(structure, point, windows, begin)
     error = windows.measured - course.predicted
-    scale, damping, ended = scales(error, windows), 1e-4, False
-    for turn in range(rounds + 1):
-        slopes = slopes_of(structure, point, problem, begin, scale, units, course)
-        if turn == rounds or ended:
-            break
+    scale, damping, ended, by = scales(error, windows), 1e-4, False, np.empty(0)
+    enough = tolerance * max(1.0, 0.01 * np.sqrt(error.size))
+    for turn in range(rounds):
+        by = tangent(course, point, units)
+        slopes = equations(by, problem, error, begin, scale)
         normal = np.tensordot(counts, slopes.normal, 1) + np.diag(units**2 * inverse_prior)
         slope = counts @ slopes.gradient - point * units * inverse_prior
         now = float(counts @ slopes.cost) + 0.5 * float(point**2 @ inverse_prior)
@@ -126,6 +137,8 @@ def fit(
             step = bounded(
                 normal + damping * np.diag(np.diag(normal) + 1e-9), slope, (low - point) / units, (high - point) / units
             )
+            if abs(step @ (slope - 0.5 * normal @ step)) < 0.01 * tolerance:  # what the step promises
+                break
             moved = np.where(logarithms, np.clip(step * units, -0.7, 0.7), step * units)
             new = np.clip(point + moved, low, high)
             behind = begin - np.einsum("awp,p->aw", slopes.by_theta, step) + slopes.own
@@ -134,16 +147,17 @@ def fit(
             after = float(counts @ costs_of(rest, scale, problem, behind)) + 0.5 * float(new**2 @ inverse_prior)
             if after < now:
                 gain = now - after
-                point, begin, course, damping = new, behind, trial, max(0.1 * damping, 1e-8)
+                point, begin, course, error, damping = new, behind, trial, rest, max(0.1 * damping, 1e-8)
                 scale = scales(rest, windows, scale)
                 break
             damping *= 10.0
-        if gain == 0.0:
+        ended = gain == 0.0 or (gain < enough and turn > 0)
+        if ended:
             break
-        ended = gain < tolerance * max(1.0, 0.01 * np.sqrt(error.size)) and turn > 0
     found = dict(zip(names, point.tolist(), strict=True))
-    prior = units**2 * inverse_prior
-    return Fit(structure, found, problem, begin, scale, slopes.cost, units, slopes.error, prior, slopes)
+    cost = costs_of(error, scale, problem, begin)
+    known = by if ended else course  # the last step was too small to change the slopes
+    return Fit(structure, found, problem, begin, scale, cost, units, error, units**2 * inverse_prior, [known])
 
 
 @dataclass(frozen=True)
@@ -165,25 +179,20 @@ class Slopes:
     error: Array
     by_theta: Array
     own: Array
-    by: Array
+    by: NDArray[np.floating]
     across: Array
     inner: Array
 
 
-def slopes_of(
-    structure: Structure,
-    point: Array,
-    problem: Problem,
-    begin: Array,
-    scale: Array,
-    units: Array,
-    course: Course | None = None,
-) -> Slopes:
-    """Costs and normal equations of every window at a point, whose course is simulated where it is not given."""
-    windows, p = problem.windows, point.size
-    course = simulate(structure, point, windows, begin) if course is None else course
-    by = tangent(course, point, units)
-    error = windows.measured - course.predicted
+def slopes_of(structure: Structure, point: Array, problem: Problem, begin: Array, scale: Array, units: Array) -> Slopes:
+    """Costs and normal equations of every window at a point."""
+    course = simulate(structure, point, problem.windows, begin)
+    return equations(tangent(course, point, units), problem, problem.windows.measured - course.predicted, begin, scale)
+
+
+def equations(by: Array, problem: Problem, error: Array, begin: Array, scale: Array) -> Slopes:
+    """Costs and normal equations of every window from (samples, p + axes) slopes and (samples,) errors."""
+    windows, p = problem.windows, by.shape[1] - len(begin)
     weight = weights(error, scale, windows)
     blocks = np.stack([by[part].T @ (by[part] * weight[part, None]) for part in windows.samples])
     across = blocks[:, :p, p:]
