@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
 from incsvr.model.rows import Row
 from incsvr.model.series import effort_of, period, values
-from incsvr.model.structure import NO_PRIOR, Structure
+from incsvr.model.structure import NO_PRIOR, Structure, Theta
 from incsvr.model.windows import Windows
 
 
@@ -32,8 +33,10 @@ class Candidate:
     one_sided: bool = False
 
 
-def candidates(structure: Structure, effects: Mapping[str, Sequence[Row]], windows: Windows) -> list[Candidate]:
-    """Each effect by its rows, stage of an effort, delay and free inertia that the structure does not have."""
+def candidates(
+    structure: Structure, theta: Theta, effects: Mapping[str, Sequence[Row]], windows: Windows
+) -> list[Candidate]:
+    """Each effect by its rows, stage of an effort, delay, free and coupled inertia that the structure does not have."""
     found = list(_of_rows(structure, effects))
     for axis in structure.driven:
         found += _of_stages(structure, axis, windows)
@@ -47,7 +50,18 @@ def candidates(structure: Structure, effects: Mapping[str, Sequence[Row]], windo
         if axis in structure.given:
             start = {f"mass:{axis}": structure.given[axis] + 0.05}
             found.append(Candidate(f"inertia@{axis}", structure.plus(free=[axis]), start))
+    for a, b in coupled_pairs(structure.axes):
+        if (a, b) not in structure.coupled:
+            share = 0.05 * float(np.sqrt(structure.inertia(theta, a) * structure.inertia(theta, b)))
+            more = replace(structure, coupled=(*structure.coupled, (a, b)))
+            found.append(Candidate(f"inertia:{a}*{b}@{a}", more, {f"mass:{a}*{b}": share}))
     return found
+
+
+def coupled_pairs(axes: Sequence[str]) -> tuple[tuple[str, str], ...]:
+    """Entries of M off its diagonal that a body whose port mirrors its starboard may have (Fossen 2011, Eq. 7.22)."""
+    groups = (("surge", "heave", "pitch_rate"), ("sway", "roll_rate", "yaw_rate"))
+    return tuple(pair for group in groups for pair in combinations(group, 2) if set(pair) <= set(axes))
 
 
 def without(structure: Structure, candidate: Candidate, plain: Structure) -> Structure:
@@ -57,6 +71,7 @@ def without(structure: Structure, candidate: Candidate, plain: Structure) -> Str
     return replace(
         structure,
         rows=tuple(row for row in structure.rows if row.key not in brought),
+        coupled=tuple((a, b) for a, b in structure.coupled if f"mass:{a}*{b}" not in brought),
         stages=tuple((kind, axis) for kind, axis in structure.stages if f"{kind}:{axis}" not in brought),
         given={**structure.given, **{a: v for a, v in plain.given.items() if a in axes and f"mass:{a}" in brought}},
         shift_priors={

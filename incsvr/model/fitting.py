@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -72,7 +73,7 @@ class Fit:
         units: (p,) of the parameters.
         error: (samples,) measured less predicted.
         prior: (p,) the priors' share of the normal equations, by units.
-        slopes: of the predictions there, and the normal equations.
+        course: of the velocities.
     """
 
     structure: Structure
@@ -84,7 +85,13 @@ class Fit:
     units: Array
     error: Array
     prior: Array
-    slopes: Slopes
+    course: Course
+
+    @cached_property
+    def slopes(self) -> Slopes:
+        """Of the predictions, and the normal equations."""
+        by = tangent(self.course, np.array([self.theta[name] for name in self.names]), self.units)
+        return equations(self.problem.white(by), self.problem, self.error, self.starts, self.scale)
 
     @property
     def normal(self) -> Array:
@@ -136,11 +143,11 @@ def fit(
     logarithms = np.array([is_logarithm(name) for name in names], dtype=bool)
     course = simulate(structure, point, windows, begin)
     error = problem.white(windows.measured - course.predicted)
-    scale, damping, ended = scales(error, windows), 1e-4, False
-    for turn in range(rounds + 1):
-        slopes = slopes_of(structure, point, problem, begin, scale, units, course)
-        if turn == rounds or ended:
-            break
+    scale, damping = scales(error, windows), 1e-4
+    enough = tolerance * max(1.0, 0.01 * np.sqrt(error.size))
+    for turn in range(rounds):
+        by = problem.white(tangent(course, point, units))
+        slopes = equations(by, problem, error, begin, scale)
         normal = np.tensordot(counts, slopes.normal, 1) + np.diag(units**2 * inverse_prior)
         slope = counts @ slopes.gradient - point * units * inverse_prior
         now = float(counts @ slopes.cost) + 0.5 * float(point**2 @ inverse_prior)
@@ -149,6 +156,8 @@ def fit(
             step = bounded(
                 normal + damping * np.diag(np.diag(normal) + 1e-9), slope, (low - point) / units, (high - point) / units
             )
+            if abs(step @ (slope - 0.5 * normal @ step)) < 0.01 * tolerance:  # what the step promises
+                break
             moved = np.where(logarithms, np.clip(step * units, -0.7, 0.7), step * units)
             new = np.clip(point + moved, low, high)
             behind = begin - np.einsum("awp,p->aw", slopes.by_theta, step) + slopes.own
@@ -157,16 +166,15 @@ def fit(
             after = float(counts @ costs_of(rest, scale, problem, behind)) + 0.5 * float(new**2 @ inverse_prior)
             if after < now:
                 gain = now - after
-                point, begin, course, damping = new, behind, trial, max(0.1 * damping, 1e-8)
+                point, begin, course, error, damping = new, behind, trial, rest, max(0.1 * damping, 1e-8)
                 scale = scales(rest, windows, scale)
                 break
             damping *= 10.0
-        if gain == 0.0:
+        if gain == 0.0 or (gain < enough and turn > 0):
             break
-        ended = gain < tolerance * max(1.0, 0.01 * np.sqrt(error.size)) and turn > 0
     found = dict(zip(names, point.tolist(), strict=True))
-    prior = units**2 * inverse_prior
-    return Fit(structure, found, problem, begin, scale, slopes.cost, units, slopes.error, prior, slopes)
+    cost = costs_of(error, scale, problem, begin)
+    return Fit(structure, found, problem, begin, scale, cost, units, error, units**2 * inverse_prior, course)
 
 
 @dataclass(frozen=True)
@@ -178,8 +186,6 @@ class Slopes:
         normal, gradient: (windows, p, p) and (windows, p) each window's share, its start eliminated, by units.
         by_theta: (axes, windows, p) by how much a step of θ, by units, lowers each window's fitted start.
         own: (axes, windows) the step of each window's start at this θ.
-        by: (samples, p + axes) slopes of the predictions by units of θ, then by the starts.
-        across, inner: (windows, p, axes), (windows, axes, axes) parts of the normal equations of θ and the starts.
     """
 
     cost: Array
@@ -188,51 +194,25 @@ class Slopes:
     error: Array
     by_theta: Array
     own: Array
-    by: Array
-    across: Array
-    inner: Array
 
 
-def slopes_of(
-    structure: Structure,
-    point: Array,
-    problem: Problem,
-    begin: Array,
-    scale: Array,
-    units: Array,
-    course: Course | None = None,
-) -> Slopes:
-    """Costs and normal equations of every window at a point, whose course is simulated where it is not given."""
-    windows, p = problem.windows, point.size
-    course = simulate(structure, point, windows, begin) if course is None else course
-    by = problem.white(tangent(course, point, units))
-    error = problem.white(windows.measured - course.predicted)
+def equations(by: Array, problem: Problem, error: Array, begin: Array, scale: Array) -> Slopes:
+    """Costs and normal equations of every window from (samples, p + axes) slopes and (samples,) errors."""
+    windows, p = problem.windows, by.shape[1] - len(begin)
     weight = weights(error, scale, windows)
     blocks = np.stack([by[part].T @ (by[part] * weight[part, None]) for part in windows.samples])
     across = blocks[:, :p, p:]
     inner = blocks[:, p:, p:] + np.diag(np.minimum(windows.noise, scale) ** -2.0)
     by_theta = np.asarray(np.linalg.solve(inner, across.transpose(0, 2, 1)))
     normal = blocks[:, :p, :p] - across @ by_theta
-    cost, nothing = costs_of(error, scale, problem, begin), np.empty(0)
-    found = Slopes(cost, normal, nothing, error, by_theta.transpose(1, 0, 2), nothing, by, across, inner)
-    gradient, own = gradients(found, error[:, None], scale, problem, begin[:, None])
-    return replace(found, gradient=gradient[..., 0], own=own[:, 0])
-
-
-def gradients(slopes: Slopes, error: Array, scale: Array, problem: Problem, begin: Array) -> tuple[Array, Array]:
-    """Gradients (windows, p, columns) and steps of the starts (axes, columns, windows), at points near the slopes' own.
-
-    Args:
-        error: (samples, columns) at each point.
-        begin: (axes, columns, windows) its starts.
-    """
-    windows, p = problem.windows, slopes.by.shape[1] - len(begin)
-    weighted = weights(error, scale, windows) * error
-    sums = np.stack([slopes.by[part].T @ weighted[part] for part in windows.samples])
+    sums = np.stack([by[part].T @ (weight[part] * error[part]) for part in windows.samples])
     sensor = np.minimum(windows.noise, scale)  # the errors contain the sensor's noise, and more
-    away = (begin - windows.starts[:, None]).transpose(2, 0, 1) / sensor[:, None] ** 2
-    own = np.linalg.solve(slopes.inner, sums[:, p:] - away)
-    return sums[:, :p] - slopes.across @ own, own.transpose(1, 2, 0)
+    away = (begin - windows.starts).T / sensor**2
+    own = np.linalg.solve(inner, (sums[:, p:] - away)[..., None])
+    gradient = sums[:, :p] - (across @ own)[..., 0]
+    return Slopes(
+        costs_of(error, scale, problem, begin), normal, gradient, error, by_theta.transpose(1, 0, 2), own[..., 0].T
+    )
 
 
 def weights(error: Array, scale: Array, windows: Windows) -> Array:

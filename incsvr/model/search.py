@@ -98,7 +98,7 @@ def _best(
     """The best effect, None where none convinces; adds to `refused` those that drive the vehicle."""
     every = [
         each
-        for each in candidates(found.structure, effects, found.problem.windows)
+        for each in candidates(found.structure, found.theta, effects, found.problem.windows)
         if each.name not in refused and not (scales_thrust(each.name) and _is_noise(base, each.name))
     ]
     if not every:
