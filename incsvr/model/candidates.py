@@ -91,8 +91,13 @@ def scales_thrust(name: str) -> bool:
 def rank(candidate: Candidate) -> tuple[int, int, int]:
     """The order in which equal effects are preferred: those that imitate few others, of few numbers, of no channel."""
     kind, _, of = candidate.name.partition("@")[0].partition(":")
-    imitates = 2 if kind in ("memory", "drag_step", "thrust_step") else kind in ("coulomb_asymmetry", "modulation")
-    return int(imitates), len(candidate.start), int(bool(of))
+    late = kind in ("coulomb_asymmetry", "modulation")
+    return 2 if imitates(candidate) else int(late), len(candidate.start), int(bool(of))
+
+
+def imitates(candidate: Candidate) -> bool:
+    """Whether an effect can imitate many others."""
+    return candidate.name.partition("@")[0].partition(":")[0] in ("memory", "drag_step", "thrust_step")
 
 
 def _of_rows(structure: Structure, effects: Mapping[str, Sequence[Row]]) -> Iterator[Candidate]:

@@ -11,7 +11,7 @@ from incsvr.model import rows as catalogue
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import gain, left_out
-from incsvr.model.predictor import predictor
+from incsvr.model.predictor import frequencies, predictor
 from incsvr.model.rivals import excluded_free_runs
 from incsvr.model.rows import Row, free_products, mirrored
 from incsvr.model.scales import motion_scale, step_of, time_constants
@@ -135,7 +135,7 @@ def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> d
             found |= catalogue.of_time(axis, at.tolist(), driven)
         for name in structure.channels:
             if name not in (*VELOCITIES, *ANGLES, "time"):
-                rows += catalogue.of_channel(axis, name, driven)
+                rows += catalogue.of_channel(axis, name, float(np.mean(values(runs, name))), driven)
         scale = motion_scale(runs, axis)
         beat = period(runs, axis)
         rows.append(catalogue.memory(axis, tuple(max(times * scale, 2.0 * beat) for times in (0.5, 1.0, 6.0))))
@@ -171,13 +171,23 @@ def identify(
     )
     if len(axes) > 1:
         plain, found = choose_coriolis(plain, runs, say=say)
-    base = predictor(found, runs)
+    base = predictor(_with_curve(found, runs) if len(axes) == 1 else found, runs)
     say(f"predictor: step {base.fit.problem.windows.step:.3g} s, cost {base.fit.value:.0f}, {base.reliability}")
-    result = search(base, pool(plain.structure, base.fit.problem.windows.runs), most, say=say)
+    effects = pool(plain.structure, base.fit.problem.windows.runs)
+    if len(axes) == 1 and "time" in plain.structure.channels:
+        effects |= catalogue.waves(axes[0], frequencies(base.fit, 0))
+    result = search(base, effects, most, say=say)
     models = _simulators(found, result)
     excluded = excluded_free_runs(models, runs)
     say(f"free runs of excluded recordings: {excluded}")
     return Identification(result, base.reliability, models, excluded)
+
+
+def _with_curve(plain: Fit, runs: Sequence[Streams]) -> Fit:
+    """The plain model of one axis with damping of any shape, so that the shape does not pass for an effect."""
+    (axis,) = plain.structure.axes
+    more = plain.structure.plus(rows=catalogue.bends(axis, float(np.quantile(np.abs(values(runs, axis)), 0.99))))
+    return fit(more, {**dict.fromkeys(more.names, 0.0), **plain.theta}, plain.problem, plain.starts)
 
 
 def _simulators(plain: Fit, found: Found) -> dict[str, Fit]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import solve_toeplitz, solveh_banded
 
+from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.scales import motion_scale, step_of, time_constants
 from incsvr.model.series import duration, effort_of, noise, period, values
@@ -72,13 +73,20 @@ def predictor(
 def _fitted(
     structure: Structure, plain: Fit, runs: Sequence[Streams], step: float, horizon: float, sample: float
 ) -> Fit:
-    """The better of the predictors from both starts."""
-    problem = Problem(cut(runs, structure, step, horizon))
-    fits = [
-        fit(structure, {**plain.theta, **_gains(structure.axes, gain, drift / sample)}, problem)
-        for gain, drift in STARTS
-    ]
-    return min(fits, key=lambda each: each.value)
+    """The best of the predictors from all starts and ways: in closed loop the plain model has those of a controller."""
+    shifts = {name: 0.0 for name in structure.names if name.startswith("shift")}
+    found = []
+    for way in WAYS:
+        other = replace(structure, ways=dict.fromkeys(structure.driven, way))
+        problem = Problem(cut(runs, other, step, horizon))
+        for gain, drift in STARTS:
+            theta = {**plain.theta, **shifts, **_gains(structure.axes, gain, drift / sample)}
+            found.append(fit(other, theta, problem, rounds=4))
+    reached = min(found, key=lambda each: each.value).theta
+    gains = {name: reached[name] for name in reached if name.startswith(("gain", "drift"))}
+    found.append(fit(structure, {**plain.theta, **gains}, problem, rounds=4))
+    best = min(found, key=lambda each: each.value)
+    return fit(best.structure, best.theta, best.problem, best.starts)
 
 
 def _is_noisy(runs: Sequence[Streams], name: str) -> bool:
@@ -98,6 +106,28 @@ def whitened(found: Fit, lags: int = 4) -> Fit:
     more = np.stack([_autoregression(found, i, lags) for i in range(len(problem.windows.axes))])
     colour = more if problem.colour is None else problem.colour + more
     return fit(found.structure, found.theta, replace(problem, colour=colour), found.starts)
+
+
+def frequencies(found: Fit, axis: int, most: int = 2, cycles: float = 8.0) -> list[float]:
+    """The clearest frequencies of an axis's errors [rad/s], each of at least some cycles in the longest recording."""
+    windows = found.problem.windows
+    own = windows.axis == axis
+    run = windows.run[windows.window]
+    longest = int(np.argmax(np.bincount(run[own])))
+    own &= run == longest
+    grid = windows.grids[longest]
+    at = windows.step * (windows.first[windows.window[own]] - grid.first + windows.cell[own] + windows.part[own])
+    error = np.clip(found.error[own] / found.scale[axis], -4.0, 4.0)
+    even = np.interp(np.linspace(at[0], at[-1], at.size), at, error)
+    power = np.abs(np.fft.rfft(even * np.hanning(even.size), 4 * even.size))
+    each = 2.0 * np.pi / (4.0 * (at[-1] - at[0]))  # [rad/s] between two lines
+    power[: int(4 * cycles)] = 0.0
+    result = []
+    for _ in range(most):
+        peak = int(np.argmax(power))
+        result.append(peak * each)
+        power[max(peak - 12, 0) : peak + 13] = 0.0
+    return result
 
 
 def _autoregression(found: Fit, axis: int, lags: int) -> Array:

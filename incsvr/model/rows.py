@@ -6,6 +6,7 @@ the hull's term; with its axis it is unique: `cross_flow:surge@yaw_rate`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -22,11 +23,11 @@ class Factor:
 
     Attributes:
         kind: one (1), value (x), size (|x|), square (x²), root (√|x|), sign (tanh(x / width)), sine, cosine, sine2 and
-            cosine2 (of the double angle), drag (x |x|), after (0 before the instant `width`, then 1), or a part of the
-            downward direction in the body's frame: down_x, down_y, down_z, from roll and pitch (Fossen 2011,
-            Eq. 2.18).
+            cosine2 (of the double angle), wave and wave_later (sine and cosine of width times x), drag (x |x|), about
+            (x − width), bend (the part of x beyond ± width), after (0 before `width`, then 1), or a part of the
+            downward direction in the body's frame: down_x, down_y, down_z, from roll and pitch (Fossen 2011, Eq. 2.18).
         of: the signal's name: a velocity, an effort that acts, a channel, an angle, or a row's memory.
-        width: of a sign, or the instant of a step [unit of the signal].
+        width: of a sign, a mean, or the instant of a step [unit of the signal]; the frequency of a wave [rad/s].
     """
 
     kind: str
@@ -109,6 +110,16 @@ def damping(rate: str) -> tuple[Row, ...]:
     )
 
 
+def bends(rate: str, fast: float, shares: Sequence[float] = (0.2, 0.4, 0.7)) -> tuple[Row, ...]:
+    """Damping beside the linear and the quadratic one, so that its curve has any shape: an odd line with bends.
+
+    Args:
+        fast: a velocity that is seldom passed.
+        shares: of it, at which the line bends.
+    """
+    return tuple(row(f"bend:{share:g}", rate, Factor("bend", rate, share * fast), drag=True) for share in shares)
+
+
 def own(rate: str, fast: float, driven: bool) -> tuple[Row, ...]:
     """Effects of an axis's own velocity, its own effort and a constant.
 
@@ -119,7 +130,6 @@ def own(rate: str, fast: float, driven: bool) -> tuple[Row, ...]:
     sign = Factor("sign", rate, 0.03 * fast)  # friction turns its sign within it; no log resolves less
     found = [
         row("bias_torque", rate, ONE),
-        row("cubic", rate, Factor("square", rate), value(rate), low=0.0, drag=True),
         row("coulomb", rate, sign, low=0.0, drag=True),
         row("coulomb_asymmetry", rate, sign, sign),
     ]
@@ -167,6 +177,16 @@ def of_time(rate: str, instants: Sequence[float], driven: bool) -> dict[str, tup
     return found
 
 
+def waves(rate: str, frequencies: Sequence[float]) -> dict[str, tuple[Row, ...]]:
+    """Periodic moments, by effect with its period; `frequencies` [rad/s]."""
+    found = {}
+    for frequency in frequencies:
+        name = f"wave:{2.0 * math.pi / frequency:.4g}"
+        pair = (Factor(kind, "time", frequency) for kind in ("wave", "wave_later"))
+        found[name] = tuple(row(f"{name}:{one.kind}", rate, one) for one in pair)
+    return found
+
+
 def with_others(rate: str, others: Sequence[str], driven: bool) -> tuple[Row, ...]:
     """Effects of the body's other velocities on an axis, to second order.
 
@@ -190,14 +210,19 @@ def with_others(rate: str, others: Sequence[str], driven: bool) -> tuple[Row, ..
     return tuple(found)
 
 
-def of_channel(rate: str, name: str, driven: bool) -> tuple[Row, ...]:
-    """Effects of a channel that is no velocity: a moment in proportion to it, damping or thrust that it scales."""
+def of_channel(rate: str, name: str, mean: float, driven: bool) -> tuple[Row, ...]:
+    """Effects of a channel that is no velocity: a moment in proportion to it, damping or thrust that it scales.
+
+    Args:
+        mean: of the channel, at which damping and thrust are as without it.
+    """
+    about = Factor("about", name, mean)
     found = [
         row(f"coupling:{name}", rate, value(name)),
-        row(f"modulation:{name}", rate, value(name), Factor("drag", rate), drag=True),
+        row(f"modulation:{name}", rate, about, Factor("drag", rate), drag=True),
     ]
     if driven:
-        found.append(row(f"modulation:{name}:thrust", rate, value(name), value(effort_of(rate))))
+        found.append(row(f"modulation:{name}:thrust", rate, about, value(effort_of(rate))))
     return tuple(found)
 
 
@@ -232,7 +257,7 @@ def restoring(axes: Sequence[str], recorded: Sequence[str]) -> tuple[Row, ...]:
 
 
 UNSIDED = (
-    "cross_flow", "thrust_speed", "cubic", "coulomb", "inflow", "linear", "quadratic", "memory", "bias_torque",
+    "cross_flow", "thrust_speed", "coulomb", "bend", "inflow", "linear", "quadratic", "memory", "bias_torque",
 )  # fmt: skip
 """Rows that every hull may have."""
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from incsvr.model.candidates import Candidate, candidates, rank, scales_thrust, without
+from incsvr.model.candidates import Candidate, candidates, imitates, rank, scales_thrust, without
 from incsvr.model.directions import Directions, Evidence, directions
 from incsvr.model.factors import one_by_one
 from incsvr.model.fitting import Fit, fit
+from incsvr.model.left_out import gain, left_out
 from incsvr.model.predictor import Predictor, whitened
 from incsvr.model.rows import Row
 
@@ -68,9 +69,7 @@ def search(
     plain = found.structure
     while len(added) < most:
         best = _best(found, base, effects, refused, enough, say)
-        if best is None or (
-            added and best.gain < 0.15 * sum(each.gain for each in added)
-        ):  # the form of those is not exact
+        if best is None or _is_rest(best, added):
             break
         say(f"added: {best.name}, {best.gain:.1f}, {best.evidence}, alike {best.alike}")
         structure = best.candidate.structure
@@ -84,6 +83,14 @@ def search(
                 found = rest
                 added.remove(each)
     return Found(found, tuple(added), refused)
+
+
+def _is_rest(best: Added, added: Sequence[Added], share: float = 0.15) -> bool:
+    """Whether an effect gains so little beside those of its axis that their inexact form explains it; what can imitate
+    much gains twice as much so."""
+    axis = best.name.partition("@")[2]
+    before = sum(each.gain for each in added if each.name.partition("@")[2] == axis)
+    return best.gain < (2.0 if imitates(best.candidate) else 1.0) * share * before
 
 
 def _best(
@@ -108,23 +115,48 @@ def _best(
     first: dict[str, tuple[Evidence, Candidate]] = {}
     for evidence, each in sound:
         first.setdefault(each.name, (evidence, each))
+    looked = list(first.values())[:fitted]
+    looked += [
+        (weighed.evidence(k), each)
+        for k, each in enumerate(every)
+        if each.name.startswith("inertia@") and each.name not in {one[1].name for one in looked}
+    ]
     trials = []
-    for evidence, each in list(first.values())[:fitted]:
-        new = fit(each.structure, {**found.theta, **each.start}, found.problem, found.starts)
+    for evidence, each in looked:
+        new = _fitted(each, found)
         say(f"{each.name}: {found.value - new.value:.1f}, {evidence}")
         if (axis := drives(new)) and not drives(found):
             refused[each.name] = f"with it {axis} drives itself at speeds that were recorded"
-        elif found.value - new.value >= enough:
-            trials.append(
-                (found.value - new.value, evidence, replace(each, start={k: new.theta[k] for k in each.start}))
-            )
+        elif found.value - new.value >= enough and (each.name in first or _gains(found, new)):
+            start = {name: new.theta[name] for name in each.start}
+            trials.append((found.value - new.value, evidence, replace(each, start=start)))
     if not trials:
         return None
     top = max(one[0] for one in trials)
     equals = [one for one in trials if one[0] > top - max(5.0, 0.05 * top)]
+    if all(imitates(one[2]) for one in equals):  # what can imitate much has to be clearly better
+        equals += [one for one in trials if one[0] > 0.85 * top and not imitates(one[2])]
     value, evidence, chosen = min(equals, key=lambda one: (*rank(one[2]), -one[0]))
     alike = tuple(one[2].name for one in equals if one[2] is not chosen)
     return Added(chosen.name, chosen, value, evidence, alike)
+
+
+def _fitted(candidate: Candidate, found: Fit) -> Fit:
+    """The candidate fitted, a free inertia from the stamps as they are, too: a wrong inertia passes for a shift."""
+    starts: list[dict[str, float]] = [{}]
+    if candidate.name.startswith("inertia@"):
+        starts.append({name: 0.0 for name in found.names if name.startswith("shift")})
+    fits = [
+        fit(candidate.structure, {**found.theta, **candidate.start, **own}, found.problem, found.starts)
+        for own in starts
+    ]
+    return min(fits, key=lambda each: each.value)
+
+
+def _gains(found: Fit, new: Fit) -> bool:
+    """Whether a fit predicts excluded windows clearly better, each by the fit without its fold."""
+    reached = gain(left_out(found) - left_out(new), found.problem.windows)
+    return reached.deviations >= 3.0 and reached.agreeing >= 0.75
 
 
 def _convincing(weighed: Directions, every: Sequence[Candidate], enough: float) -> list[tuple[Evidence, Candidate]]:

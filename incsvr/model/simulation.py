@@ -66,7 +66,7 @@ def _run(motion: Motion, starts: Array, course: Course | None) -> Array:
     windows, gains, h = motion.windows, motion.gains(), motion.windows.step
     weights = h / 6.0 * np.array([1.0, 2.0, 2.0, 1.0])
     size, wide = len(windows.axes), windows.first.size
-    state = motion.start(starts)
+    state = np.ascontiguousarray(motion.start(starts))  # its rows are written through views
     shape = state.shape
     every, before = np.zeros((4, *shape)), np.zeros(shape)
     k1, k2, k3, k4 = every

@@ -170,6 +170,10 @@ def cut(runs: Sequence[Streams], structure: Structure, step: float, horizon: flo
         used = [run[name] for name in (*structure.axes, *structure.channels)]
         used += [run[effort_of(axis)] for axis in structure.driven]
         begin, end = max(t[0] for t, _ in used), min(t[-1] for t, _ in used)
+        own = run[structure.axes[0]][
+            0
+        ]  # steps begin with its samples: no sample is predicted by efforts that answer it
+        begin = float(own[min(np.searchsorted(own, begin - 1e-9), own.size - 1)])
         steps = int(np.floor((end - begin) / step + 1e-6))
         length = int(max(1, min(steps, np.round(min(horizon, 1e9) / step))))
         place = np.full(steps // length + 2, -1)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from incsvr.model.identification import structure_of
 from incsvr.model.rows import Factor, damping, memory, row, value
 from incsvr.model.simulation import predict, simulate
 from incsvr.model.structure import Structure
@@ -138,3 +139,13 @@ def test_the_tangent_is_the_slope_of_the_predictions(predictor: bool) -> None:
     size = np.sqrt(np.mean(expected**2, axis=0))
     assert size.min() > 0.0
     assert np.sqrt(np.mean((found - expected) ** 2, axis=0) / size**2).max() < 0.01
+
+
+def test_columns_of_any_layout_are_predicted_alike() -> None:
+    run = dive(Turning(), 1)
+    structure = structure_of([run], ["yaw_rate"])
+    windows = cut([run], structure, 0.05, 5.0)
+    columns = np.repeat(np.array([[np.log(12.0)], [5.0], [9.0], [0.0]]), 3, axis=1)
+    starts = np.repeat(windows.starts[:, None], 3, axis=1)
+    turned = np.asfortranarray(starts)
+    assert np.array_equal(predict(structure, columns, windows, starts), predict(structure, columns, windows, turned))
