@@ -59,17 +59,14 @@ def left_out(found: Fit, exact: bool = False) -> Array:
     problem, windows = found.problem, found.problem.windows
     fold, cost = folds(windows), found.cost.copy()
     each = np.unique(fold)
-    errors, begins, ended = _anew(found, fold, each) if exact else _one_step(found, fold, each)
+    errors, begins = _anew(found, fold, each) if exact else _one_step(found, fold, each)
     for j, k in enumerate(each):
-        own, error, begin = fold == k, errors[:, j], begins[:, j]
-        if not ended[j]:
-            anew = fit(found.structure, found.theta, problem.without(own), found.starts, rounds=2)
-            error, begin = anew.error, anew.starts
-        cost[own] = costs_of(error, found.scale, problem, begin)[own]
+        own = fold == k
+        cost[own] = costs_of(errors[:, j], found.scale, problem, begins[:, j])[own]
     return cost
 
 
-def _one_step(found: Fit, fold: Indices, each: Indices) -> tuple[Array, Array, Array]:
+def _one_step(found: Fit, fold: Indices, each: Indices) -> tuple[Array, Array]:
     """(samples, folds) errors and (axes, folds, windows) starts, one step without the fold away from the fit."""
     windows = found.problem.windows
     whole = found.normal.sum(axis=0) + np.diag(found.prior)
@@ -86,7 +83,7 @@ def _one_step(found: Fit, fold: Indices, each: Indices) -> tuple[Array, Array, A
         begins.append(found.starts - np.einsum("awp,p->aw", found.slopes.by_theta, step))
     starts = np.stack(begins, axis=1)
     predicted = predict(found.structure, np.stack(columns, axis=1), windows, starts)
-    return windows.measured[:, None] - predicted, starts, np.ones(each.size, dtype=bool)
+    return windows.measured[:, None] - predicted, starts
 
 
 def _anew(
@@ -95,9 +92,11 @@ def _anew(
     each: Indices,
     rounds: int = 3,  # with the slopes of the whole fit: each brings most folds some ten times nearer
     enough: float = 0.1,  # of the cost: gains that decide are above three
-) -> tuple[Array, Array, Array]:
-    """(samples, folds) errors and (axes, folds, windows) starts of fits without each fold, all side by side, and which
-    of them have ended: the others bend the slopes too much."""
+) -> tuple[Array, Array]:
+    """(samples, folds) errors and (axes, folds, windows) starts of fits without each fold, all side by side.
+
+    A fold that has not ended, because it bends the slopes, gets a round with its own slopes after the first.
+    """
     problem, windows, units, slopes = found.problem, found.problem.windows, found.units, found.slopes
     low, high = np.array([found.structure.bounds(name) for name in found.names]).reshape(-1, 2).T
     logarithms = np.array([is_logarithm(name) for name in found.names], dtype=bool)
@@ -109,7 +108,7 @@ def _anew(
     error = np.repeat(slopes.error[:, None], each.size, axis=1)
     share, ended = np.ones(each.size), np.zeros(each.size, dtype=bool)
     now = _costs(found, counts, point, begin, error)
-    for _ in range(rounds):
+    for turn in range(rounds):
         gradient, own = gradients(slopes, error, found.scale, problem, begin)
         step = np.zeros_like(point)
         for j in range(each.size):
@@ -125,7 +124,13 @@ def _anew(
         share[~better] *= 0.2
         point[:, better], begin[:, better], error[:, better] = new[:, better], behind[:, better], rest[:, better]
         now = np.where(better, after, now)
-    return error, begin, ended
+        if turn == 0:
+            first, places, more = point.copy(), begin.copy(), np.where(better, 1, 2)
+    for j in np.flatnonzero(~ended):
+        theta = dict(zip(found.names, first[:, j].tolist(), strict=True))
+        anew = fit(found.structure, theta, problem.without(counts[j] == 0.0), places[:, j], rounds=int(more[j]))
+        error[:, j], begin[:, j] = anew.error, anew.starts
+    return error, begin
 
 
 def _costs(found: Fit, counts: Array, point: Array, begin: Array, error: Array) -> Array:
