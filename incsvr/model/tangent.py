@@ -134,14 +134,15 @@ class _Steps:
             function()
         both = values[self._one] * values[self._other]
         count = len(motion.pairs)
-        force = np.zeros((steps * wide, forced, p))
-        force[:, :size] = (both[:count].T @ self._by_theta).reshape(-1, size, p)
+        force = (both[:count].T @ self._by_theta).reshape(-1, size, p)
         by_signal = (both[count:].T @ self._by_signal).reshape(steps * wide, size, -1)
         for place, signal, change in self._of_efforts:
-            force[:, :size, place] += by_signal[:, :, signal] * change[first:last].reshape(-1, 1)
-        slope = np.zeros((steps * wide, forced, forced))
-        slope[:, :size] = by_signal[:, :, :forced]
-        self._besides(slope, force, values[1 : len(motion.signals) + 1])
+            force[:, :, place] += by_signal[:, :, signal] * change[first:last].reshape(-1, 1)
+        slope = by_signal[:, :, :forced]
+        if forced > size:
+            more = ((0, 0), (0, forced - size), (0, 0))
+            slope, force = np.pad(slope, more), np.pad(force, more)
+            self._besides(slope, force, values[1 : len(motion.signals) + 1])
         a, one = h * slope, np.eye(forced)
         share = one + a @ (0.5 * one + a / 6.0)
         whole = np.concatenate([one + a @ share, h * share], axis=2)
