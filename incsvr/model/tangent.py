@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.model.factors import Factors, slopes
+from incsvr.model.factors import Factors, Indices, slopes
 from incsvr.model.motion import Pair, effort, own_values, places, products
 from incsvr.model.series import effort_of
 from incsvr.model.simulation import Course
-from incsvr.model.structure import LOGARITHMS
+from incsvr.model.structure import STAGES, is_logarithm
 from incsvr.numerics import Array
 
 NUDGE = 1e-3
@@ -31,40 +31,40 @@ def tangent(course: Course, point: Array, units: Array, length: int = 32) -> Arr
     steps = _Steps(course, point, units)
     size, wide, forced, p = len(windows.axes), windows.first.size, steps.forced, point.size
     inside = np.zeros((wide, 2 * forced, p + size))  # s without the disturbances', then G with theirs
-    now, pushes = inside[:, :forced], np.zeros((wide, size, p + size))
-    now[:, np.arange(size), p + np.arange(size)] = 1.0
-    names = motion.structure.names
+    now, pushes = inside[:, :forced], np.zeros((wide, forced, p + size))
+    axis, names = np.arange(size), motion.structure.names
+    now[:, axis, p + axis] = 1.0
     for j, row in enumerate(motion.memories, size + len(motion.angles)):
         now[:, j, names.index(f"time:{row.key}")] = steps.of_first_memory[row.key]
-    found, last = np.zeros((windows.measured.size, p + size)), np.empty_like(now)
-    innovation = windows.measured - course.predicted
-    gains = motion.gains()
-    own = [[names.index(f"{kind}:{axis}") for axis in windows.axes] for kind in ("gain", "drift") if gains is not None]
+    found = np.zeros((windows.measured.size, p + size))
+    innovation, gains = windows.measured - course.predicted, motion.gains()
+    if gains is not None:
+        drift = gains[1][0]
+        of_gain, of_drift = ([names.index(f"{kind}:{each}") for each in windows.axes] for kind in ("gain", "drift"))
+        of_own = units[of_drift] * (drift if is_logarithm(names[of_drift[0]]) else 1.0)
     with np.errstate(all="ignore"):
         for first in range(0, windows.steps, length):
-            whole, slope, force = steps.matrices(first, min(first + length, windows.steps))
+            at = np.flatnonzero((windows.cell >= first) & (windows.cell < first + length))
+            whole, force = steps.matrices(first, min(first + length, windows.steps), at)
+            place = (windows.cell[at] - first, windows.window[at], windows.axis[at])
+            values, kicks = np.zeros((len(force), wide, size, p + size)), np.zeros((len(force), wide, size))
+            kicks[place] = innovation[at]
             for k, samples in enumerate(windows.by_step[first : first + length]):
-                last[:] = now
-                inside[:, forced:, :p], inside[:, forced:, p:] = force[k], 0.0
-                inside[:, forced : forced + size] += pushes
-                now[:] = np.matmul(whole[k], inside)
+                np.add(force[k], pushes[..., :p], out=inside[:, forced:, :p])
                 if samples is None:
+                    now[:] = np.matmul(whole[k, :, :forced], inside)
                     continue
-                which, w, i = samples.which, samples.window, samples.axis
-                value = now[w, i]
-                if samples.inside:
-                    before, after, rise = samples.shares[:, :, None]
-                    begin = np.einsum("ms,msq->mq", slope[k][w, i], last[w]) + inside[w, forced + i]
-                    value = before * last[w, i] + after * value + rise * begin
-                found[which] = value
-                if gains is None:
-                    continue
-                for each, gain, places_of in zip((now, pushes), gains, np.array(own), strict=True):
-                    change = -gain[0, i, None] * value
-                    change[np.arange(i.size), places_of[i]] += innovation[which] * units[places_of[i]]
-                    each[w, i] += change
-            for each in (now, pushes):
-                np.nan_to_num(each, copy=False, posinf=0.0, neginf=0.0)  # beside what runs away
+                after = np.matmul(whole[k], inside)
+                now[:], values[k] = after[:, :forced], after[:, forced:]
+                if gains is not None:
+                    now[:, axis, of_gain] += kicks[k] * units[of_gain]
+                    pushes[:, :size] -= drift[:, None] * values[k]
+                    pushes[:, axis, of_drift] += kicks[k] * of_own
+                    inside[:, forced:, p:] = pushes[..., p:]
+            found[at] = values[place]
+            if not np.isfinite(inside.sum()):  # beside what runs away
+                np.nan_to_num(now, copy=False, posinf=0.0, neginf=0.0)
+                np.nan_to_num(pushes, copy=False, posinf=0.0, neginf=0.0)
     return np.asarray(np.nan_to_num(found, posinf=0.0, neginf=0.0))
 
 
@@ -109,7 +109,7 @@ class _Steps:
         found = []
         for place, name in enumerate(structure.names):
             kind, _, of = name.partition(":")
-            if of == axis and (kind == "shift" or (kind in LOGARITHMS and kind != "time")):
+            if of == axis and kind in ("shift", *STAGES):
                 nudged = point.copy()
                 nudged[place] += NUDGE * self._units[place]
                 after = effort(structure, own_values(structure, nudged[:, None]), windows, axis)
@@ -117,9 +117,9 @@ class _Steps:
                 found.append((place, motion.signals.index(effort_of(axis)), change))
         return found
 
-    def matrices(self, first: int, last: int) -> tuple[Array, Array, Array]:
-        """Of some steps: (steps, windows, forced, 2 forced) Φ beside Ψ, (steps, windows, forced, forced) A, and (steps,
-        windows, forced, p) G."""
+    def matrices(self, first: int, last: int, at: Indices) -> tuple[Array, Array]:
+        """Of some steps, in which the samples `at` are: what makes of s and G the s after the step and its corrections,
+        and the samples' slopes, (steps, windows, forced + axes, 2 forced); and G, (steps, windows, forced, p)."""
         course, motion, h = self._course, self._motion, self._motion.windows.step
         size, forced, p = course.slopes.shape[1], self.forced, self._units.size
         steps, wide = last - first, course.slopes.shape[2]
@@ -145,9 +145,26 @@ class _Steps:
             self._besides(slope, force, values[1 : len(motion.signals) + 1])
         a, one = h * slope, np.eye(forced)
         share = one + a @ (0.5 * one + a / 6.0)
-        whole = np.concatenate([one + a @ share, h * share], axis=2)
-        shape = (steps, wide, forced, -1)
-        return whole.reshape(shape), slope.reshape(shape), force.reshape(shape)
+        whole = np.zeros((steps, wide, forced + size, 2 * forced))
+        whole[:, :, :forced, :forced] = (one + a @ share).reshape(steps, wide, forced, forced)
+        whole[:, :, :forced, forced:] = h * share.reshape(steps, wide, forced, forced)
+        self._sample(whole, slope.reshape(steps, wide, forced, forced), first, at)
+        return whole, force.reshape(steps, wide, forced, p)
+
+    def _sample(self, whole: Array, slope: Array, first: int, at: Indices) -> None:
+        """Writes the rows of samples, which are parabolas in their steps, and corrects the velocities by them."""
+        windows, forced = self._motion.windows, self.forced
+        k, w, i, f = windows.cell[at] - first, windows.window[at], windows.axis[at], windows.part[at][:, None]
+        f = np.where(f > 0.999, 1.0, f)
+        rise = windows.step * (f - f * f)
+        row = f * f * whole[k, w, i]
+        row[:, :forced] += rise * slope[k, w, i]
+        row[np.arange(i.size), i] += 1.0 - f[:, 0] ** 2
+        row[np.arange(i.size), forced + i] += rise[:, 0]
+        whole[k, w, forced + i] = row
+        gains = self._motion.gains()
+        if gains is not None:
+            whole[k, w, i] -= gains[0][0, i, None] * row
 
     def _besides(self, slope: Array, force: Array, signals: Array) -> None:
         """Writes the rows of angles and memories."""
