@@ -10,10 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.signal import lfilter
 
 from incsvr.numerics import Array, Stream, integral_at
+from incsvr.numerics.lapack import dtbtrs
 
 WAYS = ("linear", "hold", "smooth")
 """How an effort gets from one of its samples to the next."""
@@ -68,12 +67,13 @@ def means(stream: Stream, edges: Array, way: str, stage: Stage, top: float) -> A
 def lagged(value: Array, share: float) -> Array:
     """(n,) the state of a first-order lag before each step, at rest on the first value; `share` is step / constant."""
     kept = float(np.exp(-share))
-    return np.asarray(lfilter([0.0, 1.0 - kept], [1.0, -kept], value - value[0]) + value[0])
+    band = np.repeat([[1.0], [-kept]], value.size, axis=1)
+    return np.asarray(dtbtrs(band, np.r_[value[0], (1.0 - kept) * value[:-1]][:, None], uplo="L")[0][:, 0])
 
 
 def _integral(t: Array, u: Array, way: str) -> Callable[[Array], Array]:
     """The integral of the effort from its first stamp on; before its first and after its last sample it is constant."""
-    curve = PchipInterpolator(t, u).antiderivative() if way == "smooth" and t.size > 3 else None
+    curve = _smooth(t, u) if way == "smooth" and t.size > 3 else None
 
     def whole(at: Array) -> Array:
         inside = np.clip(at, t[0], t[-1])
@@ -82,3 +82,34 @@ def _integral(t: Array, u: Array, way: str) -> Callable[[Array], Array]:
         return np.asarray(sums + beyond * np.where(at < t[0], u[0], u[-1]))
 
     return whole
+
+
+def _smooth(t: Array, u: Array) -> Callable[[Array], Array]:
+    """The integral of the curve of cubics that overshoots no sample (F. N. Fritsch & J. Butland, SIAM J. Sci. Stat.
+    Comput. 5, 1984), from its first stamp on, at instants between its first and its last."""
+    width = np.diff(t)
+    rise = np.diff(u) / width
+    before, after = 2.0 * width[1:] + width[:-1], width[1:] + 2.0 * width[:-1]
+    turns = rise[:-1] * rise[1:] <= 0.0
+    mean = before / np.where(turns, 1.0, rise[:-1]) + after / np.where(turns, 1.0, rise[1:])
+    inside = np.where(turns, 0.0, (before + after) / np.where(turns, 1.0, mean))
+    slope = np.r_[_at_end(width[:2], rise[:2]), inside, _at_end(width[:-3:-1], rise[:-3:-1])]
+    second = (3.0 * rise - 2.0 * slope[:-1] - slope[1:]) / width
+    third = (slope[:-1] + slope[1:] - 2.0 * rise) / width**2
+    parts = np.stack([u[:-1], slope[:-1] / 2.0, second / 3.0, third / 4.0])
+    sums = np.r_[0.0, np.cumsum(width * (parts[0] + width * (parts[1] + width * (parts[2] + width * parts[3]))))]
+
+    def whole(at: Array) -> Array:
+        k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 2)
+        x, (a, b, c, d) = at - t[k], parts[:, k]
+        return np.asarray(sums[k] + x * (a + x * (b + x * (c + x * d))))
+
+    return whole
+
+
+def _at_end(width: Array, rise: Array) -> float:
+    """The slope at an end from the two widths and rises next to it, with three points, and within the first rise's."""
+    slope = ((2.0 * width[0] + width[1]) * rise[0] - width[0] * rise[1]) / (width[0] + width[1])
+    if slope * rise[0] <= 0.0:
+        return 0.0
+    return float(3.0 * rise[0]) if rise[0] * rise[1] < 0.0 and abs(slope) > 3.0 * abs(rise[0]) else float(slope)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.model.factors import Factors, slopes
+from incsvr.model.factors import Factors, Indices, slopes
 from incsvr.model.motion import Pair, effort, own_values, places, products
 from incsvr.model.series import effort_of
 from incsvr.model.simulation import Course
@@ -31,41 +31,40 @@ def tangent(course: Course, point: Array, units: Array, length: int = 32) -> Arr
     steps = _Steps(course, point, units)
     size, wide, forced, p = len(windows.axes), windows.first.size, steps.forced, point.size
     inside = np.zeros((wide, 2 * forced, p + size))  # s without the disturbances', then G with theirs
-    now, pushes = inside[:, :forced], np.zeros((wide, size, p + size))
-    now[:, np.arange(size), p + np.arange(size)] = 1.0
-    names = motion.structure.names
+    now, pushes = inside[:, :forced], np.zeros((wide, forced, p + size))
+    axis, names = np.arange(size), motion.structure.names
+    now[:, axis, p + axis] = 1.0
     for j, row in enumerate(motion.memories, size + len(motion.angles)):
         now[:, j, names.index(f"time:{row.key}")] = steps.of_first_memory[row.key]
-    found, last = np.zeros((windows.measured.size, p + size)), np.empty_like(now)
-    innovation = windows.measured - course.predicted
-    gains = motion.gains()
-    own = [[names.index(f"{kind}:{axis}") for axis in windows.axes] for kind in ("gain", "drift") if gains is not None]
+    found = np.zeros((windows.measured.size, p + size))
+    innovation, gains = windows.measured - course.predicted, motion.gains()
+    if gains is not None:
+        drift = gains[1][0]
+        of_gain, of_drift = ([names.index(f"{kind}:{each}") for each in windows.axes] for kind in ("gain", "drift"))
+        of_own = units[of_drift] * drift  # a drift is in θ as its logarithm
     with np.errstate(all="ignore"):
         for first in range(0, windows.steps, length):
-            whole, slope, force = steps.matrices(first, min(first + length, windows.steps))
+            at = np.flatnonzero((windows.cell >= first) & (windows.cell < first + length))
+            whole, force = steps.matrices(first, min(first + length, windows.steps), at)
+            place = (windows.cell[at] - first, windows.window[at], windows.axis[at])
+            values, kicks = np.zeros((len(force), wide, size, p + size)), np.zeros((len(force), wide, size))
+            kicks[place] = innovation[at]
             for k, samples in enumerate(windows.by_step[first : first + length]):
-                last[:] = now
-                inside[:, forced:, :p], inside[:, forced:, p:] = force[k], 0.0
-                inside[:, forced : forced + size] += pushes
-                now[:] = np.matmul(whole[k], inside)
+                np.add(force[k], pushes[..., :p], out=inside[:, forced:, :p])
                 if samples is None:
+                    now[:] = np.matmul(whole[k, :, :forced], inside)
                     continue
-                which, w, i = samples.which, samples.window, samples.axis
-                value = now[w, i]
-                if samples.inside:
-                    before, after, rise = samples.shares[:, :, None]
-                    begin = np.einsum("ms,msq->mq", slope[k][w, i], last[w]) + inside[w, forced + i]
-                    value = before * last[w, i] + after * value + rise * begin
-                found[which] = value
-                if gains is None:
-                    continue
-                for each, gain, places_of in zip((now, pushes), gains, np.array(own), strict=True):
-                    change = -gain[0, i, None] * value
-                    by_own = units[places_of[i]] * (1.0 if each is now else gain[0, i])  # a drift is a logarithm
-                    change[np.arange(i.size), places_of[i]] += innovation[which] * by_own
-                    each[w, i] += change
-            for each in (now, pushes):
-                np.nan_to_num(each, copy=False, posinf=0.0, neginf=0.0)  # beside what runs away
+                after = np.matmul(whole[k], inside)
+                now[:], values[k] = after[:, :forced], after[:, forced:]
+                if gains is not None:
+                    now[:, axis, of_gain] += kicks[k] * units[of_gain]
+                    pushes[:, :size] -= drift[:, None] * values[k]
+                    pushes[:, axis, of_drift] += kicks[k] * of_own
+                    inside[:, forced:, p:] = pushes[..., p:]
+            found[at] = values[place]
+            if not np.isfinite(inside.sum()):  # beside what runs away
+                np.nan_to_num(now, copy=False, posinf=0.0, neginf=0.0)
+                np.nan_to_num(pushes, copy=False, posinf=0.0, neginf=0.0)
     return np.asarray(np.nan_to_num(found, posinf=0.0, neginf=0.0))
 
 
@@ -118,9 +117,9 @@ class _Steps:
                 found.append((place, motion.signals.index(effort_of(axis)), change))
         return found
 
-    def matrices(self, first: int, last: int) -> tuple[Array, Array, Array]:
-        """Of some steps: (steps, windows, forced, 2 forced) Φ beside Ψ, (steps, windows, forced, forced) A, and (steps,
-        windows, forced, p) G."""
+    def matrices(self, first: int, last: int, at: Indices) -> tuple[Array, Array]:
+        """Of some steps, in which the samples `at` are: what makes of s and G the s after the step and its corrections,
+        and the samples' slopes, (steps, windows, forced + axes, 2 forced); and G, (steps, windows, forced, p)."""
         course, motion, h = self._course, self._motion, self._motion.windows.step
         size, forced, p = course.slopes.shape[1], self.forced, self._units.size
         steps, wide = last - first, course.slopes.shape[2]
@@ -135,19 +134,37 @@ class _Steps:
             function()
         both = values[self._one] * values[self._other]
         count = len(motion.pairs)
-        force = np.zeros((steps * wide, forced, p))
-        force[:, :size] = (both[:count].T @ self._by_theta).reshape(-1, size, p)
+        force = (both[:count].T @ self._by_theta).reshape(-1, size, p)
         by_signal = (both[count:].T @ self._by_signal).reshape(steps * wide, size, -1)
         for place, signal, change in self._of_efforts:
-            force[:, :size, place] += by_signal[:, :, signal] * change[first:last].reshape(-1, 1)
-        slope = np.zeros((steps * wide, forced, forced))
-        slope[:, :size] = by_signal[:, :, :forced]
-        self._besides(slope, force, values[1 : len(motion.signals) + 1])
+            force[:, :, place] += by_signal[:, :, signal] * change[first:last].reshape(-1, 1)
+        slope = by_signal[:, :, :forced]
+        if forced > size:
+            more = ((0, 0), (0, forced - size), (0, 0))
+            slope, force = np.pad(slope, more), np.pad(force, more)
+            self._besides(slope, force, values[1 : len(motion.signals) + 1])
         a, one = h * slope, np.eye(forced)
         share = one + a @ (0.5 * one + a / 6.0)
-        whole = np.concatenate([one + a @ share, h * share], axis=2)
-        shape = (steps, wide, forced, -1)
-        return whole.reshape(shape), slope.reshape(shape), force.reshape(shape)
+        whole = np.zeros((steps, wide, forced + size, 2 * forced))
+        whole[:, :, :forced, :forced] = (one + a @ share).reshape(steps, wide, forced, forced)
+        whole[:, :, :forced, forced:] = h * share.reshape(steps, wide, forced, forced)
+        self._sample(whole, slope.reshape(steps, wide, forced, forced), first, at)
+        return whole, force.reshape(steps, wide, forced, p)
+
+    def _sample(self, whole: Array, slope: Array, first: int, at: Indices) -> None:
+        """Writes the rows of samples, which are parabolas in their steps, and corrects the velocities by them."""
+        windows, forced = self._motion.windows, self.forced
+        k, w, i, f = windows.cell[at] - first, windows.window[at], windows.axis[at], windows.part[at][:, None]
+        f = np.where(f > 0.999, 1.0, f)
+        rise = windows.step * (f - f * f)
+        row = f * f * whole[k, w, i]
+        row[:, :forced] += rise * slope[k, w, i]
+        row[np.arange(i.size), i] += 1.0 - f[:, 0] ** 2
+        row[np.arange(i.size), forced + i] += rise[:, 0]
+        whole[k, w, forced + i] = row
+        gains = self._motion.gains()
+        if gains is not None:
+            whole[k, w, i] -= gains[0][0, i, None] * row
 
     def _besides(self, slope: Array, force: Array, signals: Array) -> None:
         """Writes the rows of angles and memories."""

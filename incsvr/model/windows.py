@@ -158,7 +158,7 @@ class Windows:
         return float(self._cache[key])
 
     def _keep(self, key: tuple[object, ...], value: Array) -> None:
-        if len(self._cache) > 400:  # a fit asks for the same few again and again; a search for some hundred others
+        if len(self._cache) > 32:  # candidates ask for the base's few again and again, and each for its own
             self._cache.clear()
         self._cache[key] = value
 
