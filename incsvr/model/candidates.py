@@ -64,6 +64,23 @@ def coupled_pairs(axes: Sequence[str]) -> tuple[tuple[str, str], ...]:
     return tuple(pair for group in groups for pair in combinations(group, 2) if set(pair) <= set(axes))
 
 
+def joined(structure: Structure, candidate: Candidate) -> Structure:
+    """A structure with what a candidate brings to its own."""
+    own, brought = candidate.structure, set(candidate.start)
+    free = {name.partition(":")[2] for name in brought if name.startswith("mass:")}
+    return replace(
+        structure,
+        rows=structure.rows + tuple(row for row in own.rows if row.key in brought),
+        coupled=structure.coupled + tuple((a, b) for a, b in own.coupled if f"mass:{a}*{b}" in brought),
+        stages=structure.stages + tuple((kind, axis) for kind, axis in own.stages if f"{kind}:{axis}" in brought),
+        given={axis: value for axis, value in structure.given.items() if axis not in free},
+        shift_priors={
+            **structure.shift_priors,
+            **{axis: value for axis, value in own.shift_priors.items() if f"shift:{axis}" in brought},
+        },
+    )
+
+
 def without(structure: Structure, candidate: Candidate, plain: Structure) -> Structure:
     """A structure without what a candidate had brought, as the plain one has it."""
     brought = set(candidate.start)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from incsvr.model.candidates import Candidate, candidates, imitates, rank, scales_thrust, without
+from incsvr.model.candidates import Candidate, candidates, imitates, joined, rank, scales_thrust, without
 from incsvr.model.directions import Directions, Evidence, directions
 from incsvr.model.factors import one_by_one
 from incsvr.model.fitting import Fit, fit
@@ -67,19 +67,23 @@ def search(
     """
     found, added, refused = base.fit, list[Added](), dict[str, str]()
     plain = found.structure
-    while len(added) < most:
-        best = _best(found, base, effects, refused, enough, say)
-        if best is None or _is_rest(best, added):
+    while len(added) < most * len(plain.axes):
+        best = [each for each in _best(found, base, effects, refused, enough, say) if not _is_rest(each, added)]
+        if not best:
             break
-        say(f"added: {best.name}, {best.gain:.1f}, {best.evidence}, alike {best.alike}")
-        structure = best.candidate.structure
-        found = whitened(fit(structure, {**found.theta, **best.candidate.start}, found.problem, found.starts))
-        added.append(best)
-        for each in added[:-1]:  # an imitation is not needed any more beside what it imitated
+        new = found.structure
+        for each in best:
+            say(f"added: {each.name}, {each.gain:.1f}, {each.evidence}, alike {each.alike}")
+            new = joined(new, each.candidate)
+        start = {name: value for each in best for name, value in each.candidate.start.items()}
+        found = whitened(fit(new, {**found.theta, **start}, found.problem, found.starts))
+        before = list(added)
+        added += best
+        for each in before:  # an imitation is not needed any more beside what it imitated
             rest = fit(without(found.structure, each.candidate, plain), found.theta, found.problem, found.starts)
             if rest.value - found.value < enough:
                 say(f"removed: {each.name}")
-                refused[each.name] = f"with {best.name} it explains nothing any more"
+                refused[each.name] = f"with {' and '.join(one.name for one in best)} it explains nothing any more"
                 found = rest
                 added.remove(each)
     return Found(found, tuple(added), refused)
@@ -100,22 +104,24 @@ def _best(
     refused: dict[str, str],
     enough: float,
     say: Callable[[str], None],
-    fitted: int = 5,  # of the effects that promise most
-) -> Added | None:
-    """The best effect, None where none convinces; adds to `refused` those that drive the vehicle."""
+    fitted: int = 5,  # of the effects of one axis that promise most; of each of several, two
+) -> list[Added]:
+    """The best effect of each axis that convinces; adds to `refused` those that drive the vehicle."""
     every = [
         each
         for each in candidates(found.structure, found.theta, effects, found.problem.windows)
         if each.name not in refused and not (scales_thrust(each.name) and _is_noise(base, each.name))
     ]
     if not every:
-        return None
+        return []
     weighed = directions(found, every)
     sound = sorted(_convincing(weighed, every, enough), key=lambda one: -one[0].excluded.total)
     first: dict[str, tuple[Evidence, Candidate]] = {}
     for evidence, each in sound:
         first.setdefault(each.name, (evidence, each))
-    looked = list(first.values())[:fitted]
+    axes = found.structure.axes
+    most = fitted if len(axes) == 1 else 2
+    looked = [one for axis in axes for one in _of_axis(first.values(), axis)[:most]]
     looked += [
         (weighed.evidence(k), each)
         for k, each in enumerate(every)
@@ -130,8 +136,17 @@ def _best(
         elif found.value - new.value >= enough and (each.name in first or _gains(found, new)):
             start = {name: new.theta[name] for name in each.start}
             trials.append((found.value - new.value, evidence, replace(each, start=start)))
-    if not trials:
-        return None
+    ofs = [[one for one in trials if one[2].name.endswith(f"@{axis}")] for axis in axes]
+    return [_plainest(own) for own in ofs if own]
+
+
+def _of_axis(every: Iterable[tuple[Evidence, Candidate]], axis: str) -> list[tuple[Evidence, Candidate]]:
+    """The candidates of an axis."""
+    return [one for one in every if one[1].name.endswith(f"@{axis}")]
+
+
+def _plainest(trials: Sequence[tuple[float, Evidence, Candidate]]) -> Added:
+    """The plainest of the effects that gain about as much as the best."""
     top = max(one[0] for one in trials)
     equals = [one for one in trials if one[0] > top - max(5.0, 0.05 * top)]
     if all(imitates(one[2]) for one in equals):  # what can imitate much has to be clearly better
@@ -166,8 +181,8 @@ def _convincing(weighed: Directions, every: Sequence[Candidate], enough: float) 
         evidence = weighed.evidence(k)
         wrong = each.one_sided and evidence.step[0] < 0.0
         wrong |= any(value < 0.0 and row.low > -np.inf for row, value in zip(each.rows, evidence.step, strict=False))
-        one = evidence.excluded
-        if not wrong and one.total > enough and one.deviations >= 3.0 and one.agreeing >= 0.75 and evidence.sure >= 4.0:
+        one, needed = evidence.excluded, (2.0 if imitates(each) else 1.0) * enough
+        if not wrong and one.total > needed and one.deviations >= 3.0 and one.agreeing >= 0.75 and evidence.sure >= 4.0:
             found.append((evidence, each))
     return found
 
