@@ -107,8 +107,9 @@ def scales_thrust(name: str) -> bool:
 
 def rank(candidate: Candidate) -> tuple[int, int, int]:
     """The order in which equal effects are preferred: those that imitate few others, of few numbers, of no channel."""
-    kind, _, of = candidate.name.partition("@")[0].partition(":")
-    late = kind in ("coulomb_asymmetry", "modulation")
+    name, _, axis = candidate.name.partition("@")
+    kind, _, of = name.partition(":")
+    late = kind in ("coulomb_asymmetry", "modulation") or (kind == "coriolis" and axis in of.split("*"))
     return 2 if imitates(candidate) else int(late), len(candidate.start), int(bool(of))
 
 
