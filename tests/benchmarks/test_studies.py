@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import dives, hold, paper, peers, sensors, speed, vehicles
+from benchmarks import dives, hold, paper, peers, quiet, sensors, speed, vehicles
 from benchmarks.study import MEASURED
 from incsvr.effects import Signals
 from incsvr.numerics import Array
@@ -52,6 +52,12 @@ def test_a_frozen_gyro_is_named_and_a_sound_hour_is_not_paused(study: Study, mon
     assert "yaw_rate stuck" in frozen["kinds"]
     assert frozen["named_after"] < 60.0
     assert sound["false"] == 0
+
+
+def test_a_held_commands_clock_is_not_blamed_for_the_jitter_of_its_stamps(study: Study) -> None:
+    found = study(quiet.main, "--first-seed", "101", "--seeds", "1", "--only", "disarmed")
+    assert [each["said"] for each in found] == [[], [], []]
+    assert all(each["batches"] > 20 for each in found)
 
 
 @pytest.mark.slow
