@@ -108,7 +108,7 @@ def recording_of(case: Case) -> Recording:
 def motion(kind: Kind, vehicle: Turning, rng: np.random.Generator) -> tuple[Array, Array, Array]:
     """Times [s], yaw rate [rad/s] and torque [N m] by the midpoint rule."""
     size = round(LASTS_S / STEP_S)
-    time = STEP_S * np.arange(size)
+    time: Array = STEP_S * np.arange(size, dtype=np.float64)
     water = kind.water * vehicle.torque * leng.lasting(1.0, STEP_S, size, rng)
     for _ in range(6):
         wave = np.sin(2.0 * np.pi * time / rng.uniform(5.0, 10.0) + rng.uniform(0.0, 6.3))
@@ -164,7 +164,14 @@ def examine(case: Case) -> Record:
     verdicts = [verdict for verdict, _ in checked_learner.follow(settings, vehicle, samples)]
     said = sorted({each.kind for verdict in verdicts for each in verdict.findings if each.decision > Decision.CLEAN})
     aside = sum(not verdict.learn for verdict in verdicts)
-    return {"kind": case[0], "vehicle": case[1], "seed": case[2], "batches": len(verdicts), "aside": aside, "said": said}
+    return {
+        "kind": case[0],
+        "vehicle": case[1],
+        "seed": case[2],
+        "batches": len(verdicts),
+        "aside": aside,
+        "said": said,
+    }
 
 
 def report(results: Sequence[Record]) -> Iterable[str]:
