@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import dives, hold, paper, peers, quiet, sensors, speed, vehicles
+from benchmarks import dives, hold, paper, peers, quiet, sensors, speed, thrust, vehicles
 from benchmarks.study import MEASURED
 from incsvr.effects import Signals
 from incsvr.numerics import Array
@@ -58,6 +58,15 @@ def test_a_held_commands_clock_is_not_blamed_for_the_jitter_of_its_stamps(study:
     found = study(quiet.main, "--first-seed", "101", "--seeds", "1", "--only", "disarmed")
     assert [each["said"] for each in found] == [[], [], []]
     assert all(each["batches"] > 20 for each in found)
+
+
+@pytest.mark.slow
+def test_half_the_thrust_lost_in_a_mission_is_told_and_its_return(study: Study) -> None:
+    (told,) = study(thrust.main, "--first-seed", "3500003", "--faults", "1", "--quiet", "0", "--measured", "0")
+    assert told["driven"] <= told["told"] <= 60.0
+    assert abs(told["size"] - told["lost"]) < 0.1
+    assert told["back"] is not None
+    assert told["false"] == []
 
 
 @pytest.mark.slow
