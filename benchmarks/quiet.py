@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from benchmarks.study import Record, grouped, run, seeds, table
-from incsvr.checks import Decision, Vehicle
+from incsvr.checks import Decision, Vehicle, Verdict
 from incsvr.learning import checked_learner
 from incsvr.numerics import Array
 from service.recordings.recording import Recording, from_streams
@@ -154,24 +154,22 @@ def _command(kind: Kind, vehicle: Turning, time: Array, rng: np.random.Generator
     return found
 
 
-def examine(case: Case) -> Record:
-    """What the checks put aside of one recording."""
-    recording, inertia = recording_of(case), VEHICLES[case[1]].inertia
+def verdicts_on(recording: Recording, inertia: float) -> list[Verdict]:
+    """The verdict on each batch of a recording, with settings that are scaled to it."""
     signals = signals_for([recording], inertia, RATE_LIMIT)
     samples, _ = samples_of(recording, signals, None)
     settings = learner_for(samples)
     vehicle = Vehicle(signals.inertia, settings.rate_range, signals.smoothing)
-    verdicts = [verdict for verdict, _ in checked_learner.follow(settings, vehicle, samples)]
+    return [verdict for verdict, _ in checked_learner.follow(settings, vehicle, samples)]
+
+
+def examine(case: Case) -> Record:
+    """What the checks put aside of one recording."""
+    verdicts = verdicts_on(recording_of(case), VEHICLES[case[1]].inertia)
     said = sorted({each.kind for verdict in verdicts for each in verdict.findings if each.decision > Decision.CLEAN})
     aside = sum(not verdict.learn for verdict in verdicts)
-    return {
-        "kind": case[0],
-        "vehicle": case[1],
-        "seed": case[2],
-        "batches": len(verdicts),
-        "aside": aside,
-        "said": said,
-    }
+    about: Record = {"kind": case[0], "vehicle": case[1], "seed": case[2]}
+    return about | {"batches": len(verdicts), "aside": aside, "said": said}
 
 
 def report(results: Sequence[Record]) -> Iterable[str]:

@@ -14,6 +14,8 @@ from benchmarks import dives, hold, paper, peers, quiet, sensors, speed, thrust,
 from benchmarks.study import MEASURED
 from incsvr.effects import Signals
 from incsvr.numerics import Array
+from service.recordings.recording import from_streams
+from simulator import leng
 
 Study = Callable[..., list[dict[str, Any]]]
 
@@ -58,6 +60,18 @@ def test_a_held_commands_clock_is_not_blamed_for_the_jitter_of_its_stamps(study:
     found = study(quiet.main, "--first-seed", "101", "--seeds", "1", "--only", "disarmed")
     assert [each["said"] for each in found] == [[], [], []]
     assert all(each["batches"] > 20 for each in found)
+
+
+@pytest.mark.parametrize("stream", ["torque", "yaw_rate"])
+def test_a_held_commands_clock_that_runs_fast_is_named(stream: str) -> None:
+    streams = quiet.recording_of(("steps of 4–10 s", "leng", 7)).streams()
+    begins, (time, value) = 300.0, streams[stream]
+    streams[stream] = (time + 0.005 * np.maximum(time - begins, 0.0), value)
+    verdicts = quiet.verdicts_on(from_streams("fast", streams), leng.INERTIA)
+    assert all(verdict.learn for verdict in verdicts if verdict.span[1] < begins)
+    first = next(verdict for verdict in verdicts if verdict.span[0] > begins)
+    assert not first.learn
+    assert f"{stream} pace" in {finding.kind for finding in first.findings}
 
 
 @pytest.mark.slow
