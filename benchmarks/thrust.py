@@ -28,7 +28,7 @@ from service.recordings.samples_from_recording import learner_for, samples_of, s
 from simulator.mission import Mission
 from simulator.physics import Array, Physics
 from simulator.vehicles import TURNING
-from simulator.world import play
+from simulator.world import play_together
 
 VEHICLES = ("rov", "auv")
 TURNS = ("survey", "waypoints", "zigzag", "pipeline", "rate_control")
@@ -39,36 +39,51 @@ LOST = (0.25, 0.25, 0.5, 0.5)
 MISSION_S, FAULT_S, HOUR_S, ONSETS_S, IN_TIME_S = 1800.0, 300.0, 3600.0, (600.0, 1200.0), 60.0
 MEASURED_VEHICLES = {"bluerov": 1.125, "blueboat": 25.65}
 """Vehicles that were measured, and what was published of their inertia [kg m²]."""
+TOGETHER = 10
+"""Missions that are played together."""
 CHUNK_S = 3.0
 """So much of each stream comes at once [s]."""
-Case = tuple[str, int]
-"""Group and seed."""
+Case = tuple[str, range]
+"""Group and seeds, whose missions are played together: many cost little more than one."""
 
 
-def examine(case: Case) -> Record:
-    """A mission or a log."""
-    group, seed = case
-    random = np.random.default_rng([seed, *b"thrust"])
-    about: Record = {"group": group, "seed": seed}
-    if group == "quiet hour":
-        kind, vehicle = QUIET[seed // 2 % len(QUIET)], VEHICLES[seed % 2]
-        outcome = play(Mission(TURNING[vehicle], kind, seed, duration=HOUR_S))
-        about |= {"kind": kind, "vehicle": vehicle}
-        return about | {"false": [_plain(each) for each in watched(outcome.recording, outcome.inertia)]}
+def examine(case: Case) -> list[Record]:
+    """Some missions, or some logs."""
+    group, seeds = case
     if group in MEASURED_VEHICLES:
-        return about | _measured(group, random)
+        return [{"group": group, "seed": seed} | _measured(group, seed) for seed in seeds]
+    drawn = [_quiet(seed) if group == "quiet hour" else _broken(seed) for seed in seeds]
+    records = []
+    for (mission, about), outcome in zip(drawn, play_together([mission for mission, _ in drawn]), strict=True):
+        found, recording = watched(outcome.recording, outcome.inertia), outcome.recording
+        onset = about.get("onset", np.inf)
+        told: Record = {"false": [_plain(each) for each in found]}
+        if np.isfinite(onset):
+            told = judged(found, recording, onset, onset + FAULT_S)
+        records.append({"group": group, "kind": mission.kind, "seed": mission.seed} | about | told)
+    return records
+
+
+def _quiet(seed: int) -> tuple[Mission, Record]:
+    vehicle = VEHICLES[seed % 2]
+    mission = Mission(TURNING[vehicle], QUIET[seed // 2 % len(QUIET)], seed, duration=HOUR_S)
+    return mission, {"vehicle": vehicle}
+
+
+def _broken(seed: int) -> tuple[Mission, Record]:
+    random = np.random.default_rng([seed, *b"thrust"])
     vehicle, lost, kind = VEHICLES[seed % 2], LOST[seed % 4], str(random.choice(TURNS))
     onset = float(round(random.uniform(*ONSETS_S), 1))
 
     def part(t: Array) -> Array:
         return np.where((t >= onset) & (t < onset + FAULT_S), 1.0 - lost, 1.0)
 
-    outcome = play(Mission(TURNING[vehicle], kind, seed, duration=MISSION_S, besides=Physics(thrust=(part,))))
-    about |= {"kind": kind, "vehicle": vehicle, "lost": lost, "onset": onset}
-    return about | judged(watched(outcome.recording, outcome.inertia), outcome.recording, onset, onset + FAULT_S)
+    mission = Mission(TURNING[vehicle], kind, seed, duration=MISSION_S, besides=Physics(thrust=(part,)))
+    return mission, {"vehicle": vehicle, "lost": lost, "onset": onset}
 
 
-def _measured(vehicle: str, random: np.random.Generator) -> Record:
+def _measured(vehicle: str, seed: int) -> Record:
+    random = np.random.default_rng([seed, *b"thrust"])
     runs = [read_recording(path) for path in sorted((MEASURED / vehicle).glob("*.csv"))]
     runs = [each for each in runs if float(np.nanstd(each.columns[TORQUE])) > 0.0]
     whole = sequence([runs[k] for k in random.permutation(len(runs))])
@@ -116,9 +131,9 @@ def _plain(change: ThrustChange) -> Record:
     return {"since": change.since, "seen": change.seen, "level": change.level[0], "odds": change.log_odds}
 
 
-def report(results: Sequence[Record]) -> Iterator[str]:
+def report(groups: Sequence[Sequence[Record]]) -> Iterator[str]:
     """Faults by what is lost, and false events."""
-    rows = []
+    rows, results = [], [each for group in groups for each in group]
     for (group, lost), own in grouped([each for each in results if "told" in each], "group", "lost").items():
         told = [each for each in own if each["told"] is not None]
         in_time, plainly = (sum(each[of] <= IN_TIME_S for each in told) for of in ("driven", "told"))
@@ -146,10 +161,11 @@ def cases(asked: argparse.Namespace) -> list[Case]:
     """Missions with a fault, quiet hours, and logs of each measured vehicle."""
     counts = {"mission": asked.faults, "quiet hour": asked.quiet}
     counts |= {name: asked.measured for name in MEASURED_VEHICLES if (MEASURED / name).is_dir()}
+    first = {group: asked.first_seed + 1000 * k for k, group in enumerate(counts)}
     return [
-        (group, asked.first_seed + 1000 * k + n)
-        for k, (group, count) in enumerate(counts.items())
-        for n in range(count)
+        (group, range(first[group] + n, first[group] + min(n + TOGETHER, count)))
+        for group, count in counts.items()
+        for n in range(0, count, TOGETHER)
     ]
 
 
