@@ -6,7 +6,7 @@ export OPENBLAS_NUM_THREADS := 1
 # Bytecode is kept: each of the hundred processes that the tests start would compile our sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-STUDIES := paper speed sensors trace missions live vehicles whole_vehicle dives control hold
+STUDIES := paper speed sensors quiet thrust trace missions live vehicles whole_vehicle dives control hold
 .PHONY: demo test test-all lint docs bench table1 $(STUDIES) pictures tutorials clean
 
 demo: .venv/ready  ## the main job, end to end, in about two minutes

@@ -1,12 +1,12 @@
 """Is thrust lost, or back? Told within a minute, from errors of prediction one command ahead.
 
-Over a cell between two commands the model predicts the yaw rate by a Rosenbrock–Euler step. What it is off by, as a
-moment u [N m], follows from what of the equation has changed since it was learned,
+Over a cell between two commands I ṙ + d(r) = τ, with d(r) linear and quadratic, predicts the yaw rate by a
+Rosenbrock–Euler step. What it is off by, as a moment u [N m], follows from what of the equation is otherwise,
 
     u = −f τ − g d(r) + b + Σ lₖ (τ₋ₖ − τ₋₂ₖ) + a |τ| + c τ|τ| + Σ eⱼ hⱼ(r) + noise,
 
 f is thrust that is lacking, g damping that has grown, b a moment; beside them l is what comes late of the thrust, a its
-asymmetry, c its curve, and e an error of the learned curve about a rate. The noise is the water's and the gyro's.
+asymmetry, c its curve, and e an error of d(r) about a rate. The noise is the water's and the gyro's.
 Whitened, the errors are innovations, and a torque that answers the rate does no harm (Forssell and Ljung, Automatica
 35, 1999). For each instant of the last minute and a half as an onset, data before it say within what all of these lie,
 and data after it weigh, by their marginal likelihood,
@@ -116,17 +116,9 @@ class ThrustChange:
         return self.level[0] >= BACK_LEVEL
 
 
-def look(
-    state: ThrustState, cells: CommandCells, damping: Array, slope: Array, inertia: float
-) -> tuple[ThrustState, ThrustChange | None]:
-    """What n cells until now say, given what was known at the last look.
-
-    Args:
-        state: what is remembered.
-        cells: the newest MEMORY_S.
-        damping, slope: (n,) d(r) [N m] and its derivative [N m s/rad] at the rates at which the cells begin.
-        inertia: I [kg m²].
-    """
+def look(state: ThrustState, cells: CommandCells, inertia: float) -> tuple[ThrustState, ThrustChange | None]:
+    """What the newest MEMORY_S of cells say, given what was known at the last look; `inertia` is I [kg m²]."""
+    damping, slope = _drag(cells, inertia)
     counted = cells.end > state.since
     cells, damping, slope = cells.take(counted), damping[counted], slope[counted]
     if len(cells) < 2 * MIN_CELLS:
@@ -155,9 +147,9 @@ def look(
     return replace(state, level=1.0 if found.is_back else level, since=change.since), found
 
 
-def rough_damping(cells: CommandCells, inertia: float) -> tuple[Array, Array]:
-    """(n,) d(r) [N m] and its slope [N m s/rad] where cells begin, where nothing is learned yet: the best l r + q r|r|
-    with l, q ≥ 0 of these cells themselves."""
+def _drag(cells: CommandCells, inertia: float) -> tuple[Array, Array]:
+    """(n,) d(r) [N m] and its slope [N m s/rad] where cells begin: the best l r + q r|r| with l, q ≥ 0 of these cells
+    themselves. A learned curve finds no more, as the causes hold what this one errs by."""
     rate, size = cells.first, np.abs(cells.first)
     moment = cells.torque - inertia * (cells.last - cells.first) / cells.length
     both = np.linalg.lstsq(np.column_stack((rate, rate * size)), moment, rcond=None)[0]

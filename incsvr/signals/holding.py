@@ -31,7 +31,7 @@ from incsvr.signals.settings import (
     YAW_RATE,
     SignalSettings,
 )
-from incsvr.signals.smoothing import Smoothed, nowhere, smooth
+from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS, Smoothed, nowhere, smooth
 
 REPEATED_SHARE = 0.3
 """Share of a torque's messages that repeat the one before beyond which it is a command that was logged while it
@@ -133,7 +133,7 @@ def held_command(time: Array, value: Array, at: Array, reach: float, gap: float)
         step=np.full(at.size, np.inf),
         count=(tail - head + 1).astype(np.float64),
         spikes=np.zeros(at.size),
-        period=period,
+        period=(time[tail] - time[head]) / np.maximum(tail - head, 1),
     )
 
 
@@ -149,11 +149,14 @@ def stepped_command(time: Array, value: Array, at: Array, smoothing: float, gap:
     """
     if time.size < 2:
         return smooth(time, value, at, smoothing=smoothing, gap=gap)
-    step = smoothing / STEPS_PER_WIDTH
+    step, reach = smoothing / STEPS_PER_WIDTH, HALF_WINDOW_WIDTHS * smoothing
     begin, end = np.ceil(time[:-1] / step), np.ceil(np.minimum(time[1:], time[:-1] + MAX_PAUSE_S) / step)
     counts = np.maximum(end - begin, 0.0).astype(np.intp)
     starts = np.cumsum(counts) - counts
     index = np.repeat(begin - starts, counts) + np.arange(counts.sum())
     drawn = smooth(np.asarray(index * step), np.repeat(value[:-1], counts), at, smoothing=smoothing, gap=gap)
     # When it changed is known: nothing of its slope is in doubt.
-    return replace(drawn, period=periods(time, at), slope=np.where(drawn.complete, 0.0, np.nan))
+    first = np.minimum(np.searchsorted(time, at - reach, side="left"), time.size - 1)
+    last = np.maximum(np.searchsorted(time, at + reach, side="right") - 1, 0)
+    period = (time[last] - time[first]) / np.maximum(last - first, 1)
+    return replace(drawn, period=period, slope=np.where(drawn.complete, 0.0, np.nan))

@@ -162,13 +162,13 @@ class LearnerNode:
         return None
 
     def _look(self, until: float) -> None:
-        """Looks for a change of the thrust, as often as is due until a time [s], with what is learned now."""
+        """Looks for a change of the thrust, as often as is due until a time [s]."""
         if self.thrust is not None:
-            served, checks = self.served, self._guarded.checks
+            checks = self._guarded.checks
             # A thrust that is lost may be what pauses learning; a sensor's fault would look like one.
             believed = checks.paused_since is None or checks.kinds <= MODEL_KINDS
-            inertia = inertia_in_force(self.config.vehicle.inertia, served.effects)
-            self.thrust.advance(until, served.model, inertia, believed)
+            inertia = inertia_in_force(self.config.vehicle.inertia, self.served.effects)
+            self.thrust.advance(until, inertia, believed)
 
     def relearn(
         self, effects: TracedEffects | None, validation: Mapping[str, Samples], since: float = -math.inf

@@ -1,8 +1,7 @@
 """Thrust that is lost, or back: looked for in the raw data of one learner while they come.
 
 Measurements are pushed from any thread; the thread that learns advances. A look is due every WATCH_PERIOD_S of the
-vehicle's time, with the data until then and the model that was learned before: so the data decide what is found, and
-not how quickly they are played.
+vehicle's time, with the data until then: so the data decide what is found, and not how quickly they are played.
 """
 
 from __future__ import annotations
@@ -18,16 +17,14 @@ from typing import Any
 import numpy as np
 
 from incsvr.forecasting.command_cells import CommandCells
-from incsvr.forecasting.thrust_watch import MEMORY_S, WATCH_PERIOD_S, ThrustChange, ThrustState, look, rough_damping
-from incsvr.learning.model import Model
+from incsvr.forecasting.thrust_watch import MEMORY_S, WATCH_PERIOD_S, ThrustChange, ThrustState, look
 from incsvr.numerics import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
 
 log = logging.getLogger(__name__)
 
 SETTLING_S = 1.0
-"""Time after a look's end for which its data are waited for, beside the filter's reach [s]: what is learned until then
-is learned before."""
+"""Time after a look's end for which its data are waited for, beside the filter's reach [s]."""
 MAX_BEHIND_S = MEMORY_S
 """Data that are made up for at most [s], where they come more quickly than they are looked at."""
 CAPACITY_VALUES = 200_000
@@ -67,12 +64,11 @@ class ThrustWatch:
             return -math.inf
         return math.floor((newest - self._wait) / WATCH_PERIOD_S) * WATCH_PERIOD_S
 
-    def advance(self, until: float, model: Model, inertia: float, believed: bool) -> None:
+    def advance(self, until: float, inertia: float, believed: bool) -> None:
         """Looks as often as is due until a time [s]; `take` gives what was found.
 
         Args:
             until: as `due` was, or an earlier time.
-            model: what was learned before, over one velocity.
             inertia: I in force [kg m²].
             believed: whether the streams are; else they are passed over.
         """
@@ -90,7 +86,7 @@ class ThrustWatch:
             self._looked = end
             if believed and len(self._cells):
                 try:
-                    self._look(model, inertia)
+                    self._look(inertia)
                 except Exception:  # whatever came, learning goes on; what is usual is told anew
                     log.exception("a fault of this program: the thrust could not be watched")
                     self._cells, self.state = CommandCells.none(), ThrustState(self.state.level)
@@ -100,14 +96,8 @@ class ThrustWatch:
         found, self._found = self._found, []
         return found
 
-    def _look(self, model: Model, inertia: float) -> None:
-        cells = self._cells
-        if model.is_trained:
-            said = model.predict(cells.first)
-            curve = said.damping, said.derivative
-        else:
-            curve = rough_damping(cells, inertia)
-        self.state, change = look(self.state, cells, *curve, inertia)
+    def _look(self, inertia: float) -> None:
+        self.state, change = look(self.state, self._cells, inertia)
         if change is not None:
             self._found.append(change)
 

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import dives, hold, paper, peers, sensors, speed, vehicles
+from benchmarks import dives, hold, paper, peers, quiet, sensors, speed, thrust, vehicles
 from benchmarks.study import MEASURED
 from incsvr.effects import Signals
 from incsvr.numerics import Array
+from service.recordings.recording import from_streams
+from simulator import leng
 
 Study = Callable[..., list[dict[str, Any]]]
 
@@ -52,6 +54,36 @@ def test_a_frozen_gyro_is_named_and_a_sound_hour_is_not_paused(study: Study, mon
     assert "yaw_rate stuck" in frozen["kinds"]
     assert frozen["named_after"] < 60.0
     assert sound["false"] == 0
+
+
+def test_a_held_commands_clock_is_not_blamed_for_the_jitter_of_its_stamps(study: Study) -> None:
+    found = study(quiet.main, "--first-seed", "101", "--seeds", "1", "--only", "disarmed")
+    assert [each["said"] for each in found] == [[], [], []]
+    assert all(each["batches"] > 20 for each in found)
+
+
+@pytest.mark.parametrize("stream", ["torque", "yaw_rate"])
+def test_a_held_commands_clock_that_runs_fast_is_named(stream: str) -> None:
+    streams = quiet.recording_of(("steps of 4–10 s", "leng", 7)).streams()
+    begins, (time, value) = 300.0, streams[stream]
+    streams[stream] = (time + 0.005 * np.maximum(time - begins, 0.0), value)
+    verdicts = quiet.verdicts_on(from_streams("fast", streams), leng.INERTIA)
+    assert all(verdict.learn for verdict in verdicts if verdict.span[1] < begins)
+    first = next(verdict for verdict in verdicts if verdict.span[0] > begins)
+    assert not first.learn
+    assert f"{stream} pace" in {finding.kind for finding in first.findings}
+
+
+@pytest.mark.slow
+def test_half_the_thrust_lost_in_a_mission_is_told_and_its_return(study: Study) -> None:
+    groups: list[Any] = study(
+        thrust.main, "--first-seed", "3500003", "--faults", "1", "--quiet", "0", "--measured", "0"
+    )
+    ((told,),) = groups
+    assert told["driven"] <= told["told"] <= 60.0
+    assert abs(told["size"] - told["lost"]) < 0.1
+    assert told["back"] is not None
+    assert told["false"] == []
 
 
 @pytest.mark.slow

@@ -17,10 +17,6 @@ ONSET_S, END_S = 240.0, 440.0
 FAULT_S = 130.0
 
 
-def drag(rate: Array) -> Array:
-    return np.asarray(rate * (9.0 + 26.0 * np.abs(rate)))
-
-
 def sailed(
     thrust: Callable[[float], float] = lambda _: 1.0,
     damping: Callable[[float], float] = lambda _: 1.0,
@@ -56,8 +52,7 @@ def found(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> list[Thrust
     state, changes = ThrustState(), []
     for end in np.arange(WATCH_PERIOD_S, END_S, WATCH_PERIOD_S):
         seen = cells.take(cells.end <= end)
-        slope = 9.0 + 52.0 * np.abs(seen.first)
-        state, change = look(state, seen, drag(seen.first), slope, INERTIA)
+        state, change = look(state, seen, INERTIA)
         if change is not None:
             changes.append(change)
     return changes
