@@ -106,6 +106,13 @@ class Model:
             return self._table.predict(rates)
         return self._surface.predict(self.several.beside(rates))
 
+    def one(self, rate: float) -> tuple[float, float, bool, float, float] | None:
+        """Damping, sigma, extrapolated, noise and derivative at one learned rate [rad/s]; None where only `predict`
+        answers: where nothing is learned, outside the learned range, and of a model over several velocities."""
+        if self.several is not None or not self.is_trained or not self._table.low <= rate <= self._table.high:
+            return None
+        return self._table.one(rate)
+
     def at(self, samples: Samples) -> Prediction:
         """The prediction at the velocities of (n,) samples."""
         if self.several is None:

@@ -6,7 +6,9 @@ The table is a cubic Hermite spline of the curve. With nodes h apart it is off b
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from math import ceil, sqrt
 
 import numpy as np
@@ -52,7 +54,7 @@ class Prediction:
         return np.asarray(np.sqrt(np.maximum(self.sigma**2 - self.noise**2, 0.0)))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """A model made ready for questions.
 
@@ -120,7 +122,7 @@ class Table:
     def predict(self, rate: Array) -> Prediction:
         """The prediction at (n,) rates [rad/s]."""
         if rate.size == 1 and self.low <= (one := float(rate[0])) <= self.high:
-            return self._at(one)
+            return Prediction(*(np.array((value,)) for value in self.one(one)))
         inside = np.minimum(np.maximum(rate, self.low), self.high)
         outside = inside != rate
         beyond = bool(outside.any())
@@ -142,19 +144,25 @@ class Table:
             outside |= self.thin[cell]
         return Prediction(damping, sigma, outside, noise, derivative)
 
-    def _at(self, rate: float) -> Prediction:
-        """The prediction at one learned rate [rad/s], equal to the last bit: questions for one rate are frequent, and
-        the calls of NumPy cost ten times its arithmetic."""
-        place = min((rate - self.low) * self.scale, float(self.cells))
-        cell = int(place)
-        u = place - cell
-        f, slope, bend, twist, sigma, increase, noise, louder = self.rows[:, cell].tolist()
-        damping = ((twist * u + bend) * u + slope) * u + f
-        derivative = ((3.0 * twist * u + 2.0 * bend) * u + slope) * self.scale
-        outside = self.thin is not None and bool(self.thin[cell])
-        sigma, noise = increase * u + sigma, louder * u + noise
-        values = (np.array((value,)) for value in (damping, sigma, outside, noise, derivative))
-        return Prediction(*values)
+    @cached_property
+    def one(self) -> Callable[[float], tuple[float, float, bool, float, float]]:
+        """Damping, sigma, extrapolated, noise and derivative at one learned rate [rad/s], as plain numbers.
+
+        Questions for one rate are frequent, and the calls of NumPy cost ten times its arithmetic.
+        """
+        rows, thin = self.rows.T.tolist(), None if self.thin is None else self.thin.tolist()
+        low, scale, last = self.low, self.scale, float(self.cells)
+
+        def at(rate: float) -> tuple[float, float, bool, float, float]:
+            place = min((rate - low) * scale, last)
+            cell = int(place)
+            u = place - cell
+            f, slope, bend, twist, sigma, increase, noise, louder = rows[cell]
+            damping = ((twist * u + bend) * u + slope) * u + f
+            derivative = ((3.0 * twist * u + 2.0 * bend) * u + slope) * scale
+            return damping, increase * u + sigma, thin is not None and thin[cell], louder * u + noise, derivative
+
+        return at
 
 
 def _doubt(support: SupportSet, nodes: Array, kernel: Array) -> Array:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
-from scipy.signal import lfilter
 
 from incsvr.numerics import Array, Stream, integral_at
+from incsvr.numerics.linear_filter import lfilter
 
 WAYS = ("linear", "hold", "smooth")
 """How an effort gets from one of its samples to the next."""
