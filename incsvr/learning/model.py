@@ -13,10 +13,9 @@ from numpy.typing import ArrayLike
 from incsvr.errors import BadInput
 from incsvr.learning.excitation import Water
 from incsvr.learning.kernel import rbf
-from incsvr.learning.prediction import Prediction, Table
+from incsvr.learning.prediction import Curve, Prediction
 from incsvr.learning.several_velocities.surface import Several, Surface
 from incsvr.learning.spread import Spread
-from incsvr.learning.support_set import SupportSet
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
@@ -80,7 +79,7 @@ class Model:
     @property
     def at_support(self) -> Array:
         """(m,) the bare sum f at the vectors [N m]."""
-        return self._support.curve
+        return self._curve.at_vectors
 
     def evaluate(self, rate: Array) -> Array:
         """The bare sum f(rate) [N m] at (n,) rates, without continuation: what training compares samples with."""
@@ -103,15 +102,17 @@ class Model:
         self._must_be_trained()
         rates = np.array(rate, dtype=np.float64, ndmin=1)
         if self.several is None:
-            return self._table.predict(rates)
+            return self._curve.predict(rates)
         return self._surface.predict(self.several.beside(rates))
 
     def one(self, rate: float) -> tuple[float, float, bool, float, float] | None:
         """Damping, sigma, extrapolated, noise and derivative at one learned rate [rad/s]; None where only `predict`
         answers: where nothing is learned, outside the learned range, and of a model over several velocities."""
-        if self.several is not None or not self.is_trained or not self._table.low <= rate <= self._table.high:
+        if self.several is not None or not self.is_trained:
             return None
-        return self._table.one(rate)
+        curve = self._curve
+        one = curve.one
+        return one(rate) if curve.low <= rate <= curve.high else None
 
     def at(self, samples: Samples) -> Prediction:
         """The prediction at the velocities of (n,) samples."""
@@ -134,27 +135,11 @@ class Model:
 
     @cached_property
     def _surface(self) -> Surface:
-        assert self.several is not None
-        return Surface.of(self._support, self.several)
+        return Surface.of(self)
 
     @cached_property
-    def _table(self) -> Table:
-        return Table.of(self._support)
-
-    @cached_property
-    def _support(self) -> SupportSet:
-        return SupportSet(
-            self.gamma,
-            self.support_rate,
-            self.support_damping,
-            self.weight,
-            self.count,
-            self.sigma,
-            self.correlation,
-            self.spread,
-            self.water,
-            self.widening,
-        )
+    def _curve(self) -> Curve:
+        return Curve.of(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, exact to the bit through JSON."""

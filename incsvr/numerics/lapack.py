@@ -15,8 +15,8 @@ MODULE = "scipy.linalg._flapack"
 _lapack = compiled(MODULE)
 dposv, dpotrf, dpotrs, dpstrf = _lapack.dposv, _lapack.dpotrf, _lapack.dpotrs, _lapack.dpstrf
 """Solution of a positive definite system; its Cholesky factor, and a solution by it; the factor with pivots."""
-dtbtrs = _lapack.dtbtrs
-"""Solution of a triangular system with a band."""
+dtrtrs, dtbtrs = _lapack.dtrtrs, _lapack.dtbtrs
+"""Solution of a triangular system; of one with a band."""
 
 
 def cholesky(matrix: Array) -> Array:

@@ -5,19 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.learning.columns import Pivots
+from incsvr.learning.doubt import MIN_NOISE_SHARE, Doubt, variance_of
 from incsvr.learning.kernel import rbf_at_rest, rbf_at_rest_slope
 from incsvr.learning.prediction import Prediction
 from incsvr.learning.several_velocities.drag import Drag
-from incsvr.learning.support_set import SupportSet
 from incsvr.learning.velocities import distances, points
-from incsvr.numerics import Array, lapack
+from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
+
+if TYPE_CHECKING:
+    from incsvr.learning.model import Model
 
 OUTSIDE_DISTANCES = 1.25
 """Distances from the nearest vector, in usual ones between neighbouring vectors, from which on a velocity lies outside
@@ -140,70 +144,73 @@ class Several:
         return Several(data["own"], others, velocity, np.array(data["fastest"]), np.array(data["drag"]))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Surface:
     """A model over several velocities made ready for questions.
 
     Attributes:
-        support: the vectors.
+        model: the model.
         several: its further velocities.
-        z: (m, d) the vectors' velocities as the kernel has them.
-        terms: (m, p) of the drag at them.
-        gram: Cholesky factor of K + noise, in parts of the residual's scale.
+        columns: of the kernel.
         scale: of what the kernels hold, the largest that the drag leaves over at a vector [N m].
-        doubt: (p, p) covariance of the drag's coefficients.
+        largest: the largest damping of the vectors, the prior of each term of the drag [N m].
+        doubt: of the surface.
         reach: distance from the nearest vector beyond which nothing was driven, in fastest velocities.
     """
 
-    support: SupportSet
+    model: Model
     several: Several
-    z: Array
-    terms: Array
-    gram: Array
+    columns: Pivots
     scale: float
-    doubt: Array
+    largest: float
+    doubt: Doubt
     reach: float
 
     @staticmethod
-    def of(support: SupportSet, several: Several) -> Surface:
+    def of(model: Model) -> Surface:
+        several, count, rate = model.several, model.count, model.support_rate
+        assert several is not None
         u, z = several.scaled(several.velocity)
-        phi = several.terms(u)
-        largest = support.largest_damping
-        level = np.maximum(support.noise, 1e-6 * largest)
-        left = np.abs(support.damping - phi @ several.drag)
-        scale = max(float(left.max()), float(level.max()))
-        kernel = rbf_at_rest(z, z, support.gamma)
-        kernel[np.diag_indices(z.shape[0])] += (level / scale) ** 2 / (support.worth * support.count)
-        gram = lapack.cholesky(kernel)
-        information = phi.T @ lapack.dpotrs(gram, phi)[0] / scale**2 + np.eye(phi.shape[1]) / largest**2
-        return Surface(
-            support, several, z, phi, gram, scale, np.asarray(np.linalg.inv(information), dtype=np.float64), _reach(u)
+        terms = several.terms(u)
+        largest = max(float(np.abs(model.support_damping).max()), 1e-9)
+        noise = np.maximum(model.sigma * model.spread.at(rate), MIN_NOISE_SHARE * largest)
+        scale = max(float(np.abs(model.support_damping - terms @ several.drag).max()), float(noise.max()))
+        columns, phi = Pivots.of(z, model.gamma, vanishing=True)
+        doubt = Doubt.of(
+            np.concatenate((largest * terms.T, scale * phi)),
+            variance_of(noise, count, model.correlation, scale),
+            float(count @ rate**2) / float(count.sum()),
+            model.sigma,
+            model.spread,
+            model.water,
+            model.widening,
         )
+        return Surface(model, several, columns, scale, largest, doubt, _reach(u))
 
     def predict(self, velocity: Array) -> Prediction:
         """The prediction at (n, d) velocities in their units.
 
-        The doubt is that of a Gaussian process with explicit basis functions (Rasmussen and Williams, 2006, Eq. 2.41):
-        small among the vectors, the drag's own far from them.
+        Its doubt is small among the vectors, and the drag's own far from them.
 
         Raises:
             BadInput: a velocity is not finite.
         """
         if not np.isfinite(velocity).all():
             raise BadInput("a velocity is not finite; give numbers in m/s and rad/s")
-        support, own = self.support, velocity[:, 0]
-        damping = self.several.value(velocity, support.gamma, support.weight)
-        u, z = self.several.scaled(velocity)
-        phi, kernel = self.several.terms(u), rbf_at_rest(z, self.z, support.gamma)
-        solved = lapack.dpotrs(self.gram, kernel.T)[0]
-        at_rest = np.exp(-2.0 * support.gamma * np.sum(z * z, axis=1))
-        left = self.scale**2 * np.maximum(1.0 - at_rest - np.sum(kernel.T * solved, axis=0), 0.0)
-        unexplained = phi - solved.T @ self.terms
-        left += np.sum(unexplained @ self.doubt * unexplained, axis=1)
-        noise = support.sample_noise(own)
-        sigma = np.asarray(np.hypot(noise, support.doubt(left, own)))
-        derivative = self.several.derivative(velocity, support.gamma, support.weight)
-        return Prediction(damping, sigma, self._outside(velocity), noise, derivative)
+        model, several, own = self.model, self.several, velocity[:, 0]
+        u, z = several.scaled(velocity)
+        phi = self.columns.at(z)
+        at_rest = np.exp(-2.0 * model.gamma * np.sum(z * z, axis=1))
+        left = self.scale**2 * np.maximum(1.0 - at_rest - np.add.reduce(phi * phi, axis=0), 0.0)
+        psi = np.concatenate((self.largest * several.terms(u).T, self.scale * phi))
+        noise = self.doubt.noise(own)
+        return Prediction(
+            several.value(velocity, model.gamma, model.weight),
+            np.hypot(noise, self.doubt.at(own, psi, left)),
+            self._outside(velocity),
+            noise,
+            several.derivative(velocity, model.gamma, model.weight),
+        )
 
     def _outside(self, velocity: Array) -> NDArray[np.bool_]:
         """(n,) whether (n, d) velocities lie outside the cloud that was driven."""
