@@ -21,7 +21,7 @@ from incsvr.learning.solver.interior_point import path
 from incsvr.learning.solver.matrix import Matrix
 from incsvr.numerics import Array
 
-__all__ = ["Solution", "coordinate_descent", "solve"]
+__all__ = ["Solution", "coordinate_descent", "solve", "solve_columns"]
 
 MAX_INPUT_NORM = 1e30
 """Root of the sum of squares of any input, at most: nothing physical is as large, and no product of two overflows."""
@@ -45,9 +45,19 @@ def solve(
             factor of bounded rank.
     """
     x, y, bound, tube = _checked(x, y, gamma, C, epsilon)
+    return solve_columns(columns(x, gamma, vanishing) if y.size else np.empty((0, 0)), y, bound, tube)
+
+
+def solve_columns(phi: Array, y: Array, bound: Array, tube: Array) -> Solution:
+    """Solves Eq. 7 exactly for the kernel matrix φᵀφ.
+
+    Args:
+        phi: (rank, n) its columns at the samples.
+        y, bound, tube: (n,) damping, Cᵢ and εᵢ [N m], finite.
+    """
     best: Solution | None = None
     if (np.abs(y) > tube).any():
-        matrix = Matrix(columns(x, gamma, vanishing))
+        matrix = Matrix(phi)
         for iterate in path(matrix, y, bound, tube):
             crossed = cross(matrix, y, bound, tube, iterate.theta, iterate.between)
             for theta in (crossed, iterate.theta):

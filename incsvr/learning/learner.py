@@ -60,7 +60,10 @@ class Waiting:
 
     def with_batch(self, samples: Samples, driven: Mask) -> Waiting:
         """These, and the driven ones of a batch of (m,) samples; counted from the first of this batch."""
-        place = np.concatenate((self.place, np.flatnonzero(driven)))
+        place = np.flatnonzero(driven)
+        if place.size == len(samples) and not len(self.samples):  # as most often
+            return Waiting(samples, place)
+        place = np.concatenate((self.place, place))
         return Waiting(Samples.concatenate((self.samples, samples.take(driven))), place)
 
     def to_dict(self) -> dict[str, Any]:
@@ -168,7 +171,8 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
     fastest_others, served = state.memory.fastest, state.memory.served
     alone = by_itself(settings, fastest_others, served, batch, state.memory.noise)
     driven, rate, recent = sift(alone, state.recent)
-    waiting = state.waiting.with_batch(replace(batch, yaw_rate=rate), driven)
+    at = batch if rate is batch.yaw_rate else replace(batch, yaw_rate=rate)
+    waiting = state.waiting.with_batch(at, driven)
     water, disagreement = state.water.after(alone, driven), state.disagreement
     samples = waiting.samples
     said = before.at(batch) if before.is_trained else None
@@ -176,7 +180,9 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         predicted = before.learned(samples) if before.is_trained else None
         if said is not None:
             # Most often the samples are the batch: then it has been asked.
-            alike = np.array_equal(samples.time, batch.time) and np.array_equal(samples.yaw_rate, batch.yaw_rate)
+            alike = samples is batch or (
+                np.array_equal(samples.time, batch.time) and np.array_equal(samples.yaw_rate, batch.yaw_rate)
+            )
             of_samples = said if alike else before.at(samples)
             disagreement = disagreement.after(before, samples, of_samples, max(abs(end) for end in settings.rate_range))
         policy = _POLICIES[settings.policy]
@@ -200,8 +206,8 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         iteration,
         model=model,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
-        undriven=batch.take(~driven),
-        progressive_mae=None if said is None else float(np.mean(np.abs(said.damping - batch.damping))),
+        undriven=batch.take(slice(0, 0) if driven.all() else ~driven),
+        progressive_mae=None if said is None else float(np.abs(said.damping - batch.damping).sum()) / len(batch),
     )
     return State(number, model, state.policy, memory, recent, waiting, water, disagreement), iteration
 

@@ -99,7 +99,7 @@ class Curve:
     @property
     def at_vectors(self) -> Array:
         """(m,) f at the vectors [N m]."""
-        return np.asarray(self.model.weight.dot(self.phi.T).dot(self.phi))
+        return np.asarray(self.weights[0].dot(self.phi))
 
     def predict(self, rate: Array) -> Prediction:
         """The prediction at (n,) rates [rad/s]."""
@@ -112,9 +112,8 @@ class Curve:
             raise BadInput("a rate is not finite; give numbers in rad/s")
         damping, derivative, doubt = self._within(inside)
         if beyond:
-            far = rate[outside]
-            damping[outside], doubt[outside] = self._beyond.predict(far)
-            derivative[outside] = self._beyond.derivative(far)
+            ends = (values[outside] for values in (rate, inside, damping, doubt))
+            damping[outside], derivative[outside], doubt[outside] = self._beyond.predict(*ends)
         if self._gaps:
             ordered, edges, reach = self._gaps
             outside |= np.abs(inside - ordered[edges.searchsorted(inside)]) > reach
@@ -144,17 +143,7 @@ class Curve:
 
     @cached_property
     def _beyond(self) -> Continuation:
-        model, ends = self.model, np.array((self.low, self.high))
-        f, _, doubt = (values.tolist() for values in self._within(ends))
-        precision = 1.0 / self.variance
-        return Continuation.fit(
-            model.support_rate,
-            self.at_vectors,
-            precision,
-            ends=(self.low, self.high),
-            at_ends=(f[0], f[1]),
-            doubt=(doubt[0], doubt[1]),
-        )
+        return Continuation.fit(self.model.support_rate, self.at_vectors, 1.0 / self.variance)
 
     @cached_property
     def one(self) -> Callable[[float], tuple[float, float, bool, float, float]]:

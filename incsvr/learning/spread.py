@@ -23,6 +23,7 @@ HORIZON_SAMPLES = 100.0
 """Samples that each knot stands for, at most: some ten batches."""
 MAX_SAMPLE_DEVIATIONS = 2.5
 """Deviations that a sample counts for, at most: an outlier must not be the noise."""
+_KNOTS = np.arange(float(KNOT_COUNT))
 _CLIPPED_VARIANCE = 0.97750
 """Mean square of a normal deviate that is clipped at MAX_SAMPLE_DEVIATIONS."""
 
@@ -58,8 +59,7 @@ class Spread:
 
     def at(self, rate: Array) -> Array:
         """(n,) standard deviation over the level's, at (n,) rates [rad/s]."""
-        knots = self.fastest / (KNOT_COUNT - 1) * np.arange(KNOT_COUNT)
-        return np.asarray(np.sqrt(np.interp(np.abs(rate), knots, self.variance)))
+        return np.asarray(np.sqrt(np.interp(np.abs(rate) * ((KNOT_COUNT - 1) / self.fastest), _KNOTS, self.variance)))
 
     def after(self, rate: Array, residual: Array, level: float) -> Spread:
         """The spread after n ≥ 1 further samples.
@@ -70,7 +70,7 @@ class Spread:
             level: the noise's standard deviation [N m], above 0.
         """
         place = np.minimum(np.abs(rate) / self.fastest, 1.0) * (KNOT_COUNT - 1)
-        near = np.maximum(1.0 - np.abs(place - np.arange(KNOT_COUNT)[:, None]), 0.0)
+        near = np.maximum(1.0 - np.abs(place - _KNOTS[:, None]), 0.0)
         square = np.minimum((residual / level) ** 2, (MAX_SAMPLE_DEVIATIONS * self.at(rate)) ** 2) / _CLIPPED_VARIANCE
         new, total = near.sum(axis=1), near @ square
         seen = np.minimum(np.array(self.seen), np.maximum(HORIZON_SAMPLES - new, 0.0))

@@ -139,11 +139,11 @@ def weigh(recent: Sequence[Evidence], held: Array, free: Array) -> Verdict:
     """
     windows = [together(recent[-count:]) for count in WINDOW_BATCHES if count <= len(recent)]
     # All windows, and none, under both hypotheses at once: for matrices this small the calls are what costs.
-    information = np.array([np.zeros_like(free), *(window.information for window in windows)])
-    informed = information[:, None] + np.array((held, free))
+    precision = np.array((held, free))
+    informed = np.array([window.information for window in windows])[:, None] + precision
     score = np.array([window.score for window in windows])[:, None, :, None]
-    pull = (score * np.linalg.solve(informed[1:], score)).sum(axis=(2, 3))
-    size = np.linalg.slogdet(informed)[1]
+    pull = (score * np.linalg.solve(informed, score)).sum(axis=(2, 3))
+    size = np.linalg.slogdet(np.concatenate((precision, informed.reshape(-1, *free.shape))))[1].reshape(-1, 2)
     surprises = 0.5 * (size[1:] - size[0] - pull)  # without the square, which is the same for both
     factors = (surprises[:, 0] - surprises[:, 1]).tolist()
     best = factors.index(max(factors))

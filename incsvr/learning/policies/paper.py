@@ -11,18 +11,20 @@ It learns over one velocity, as the paper does.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.learning.columns import columns
 from incsvr.learning.criteria import Mask, forgetting, inclusion, outliers
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.plain_samples import columns_to_dict, samples_from_dict
 from incsvr.learning.policies.noise import Noise
-from incsvr.learning.policies.training import Problem, fastest_of, model_of, train
+from incsvr.learning.policies.training import fastest_of, trained
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
@@ -30,7 +32,7 @@ MIN_WEIGHT_SHARE = 1e-9
 """Share of C below which a weight is zero."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Memory:
     """The memory of the paper's policy between two iterations.
 
@@ -46,7 +48,7 @@ class Memory:
     stays: Mask
     noise: Noise
 
-    @property
+    @cached_property
     def served(self) -> Samples:
         """The vectors of the served model."""
         return self.vectors.take(self.stays)
@@ -112,17 +114,24 @@ def learn(
         near_rate=settings.near_rate,
         near_damping=settings.near_damping,
     )
-    old, new = before.take(stays), batch.take(verdict.kept)
+    old, new = memory.served, batch.take(verdict.kept)
     # Where no training takes place, nothing has to make room.
     forgotten, removed = before.take(~stays) if len(new) else Samples.empty(), Samples.empty()
     if len(new):
         stack = Samples.concatenate((old, new))
         warm = np.concatenate((memory.weight[stays], np.zeros(len(new))))
-        memory, removed = _trained(settings, Problem(stack, fastest, memory.noise, warm=warm))
-        warm = memory.weight[memory.stays]
-        model = model_of(settings, Problem(memory.served, fastest, memory.noise, warm=warm))
+        phi = columns(stack.yaw_rate, settings.gamma)
+        model, curve = trained(settings, stack, fastest, memory.noise, warm=warm, phi=phi)
+        active = np.flatnonzero(np.abs(model.weight) > MIN_WEIGHT_SHARE * settings.C)
+        wild = outliers(curve[active] - stack.damping[active])
+        left, removed = active[~wild], stack.take(active[wild])
+        vectors, weight = stack.take(left), model.weight[left]
+        rate_range = settings.rate_range
+        stays = forgetting(vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=rate_range)
+        served, phi = vectors.take(stays), phi[:, left[stays]]
+        model, _ = trained(settings, served, fastest, memory.noise, warm=weight[stays], phi=phi)
         noise = memory.noise.after(batch.damping - model.learned(batch), place, batch.yaw_rate)
-        memory = replace(memory, noise=noise)
+        memory = Memory(vectors, weight, stays, noise)
     return memory, Iteration(
         number=number,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
@@ -136,14 +145,3 @@ def learn(
         outliers=removed,
         model=model,
     )
-
-
-def _trained(settings: Settings, problem: Problem) -> tuple[Memory, Samples]:
-    """The memory after training on a stack, and the support vectors that were outliers."""
-    trained = train(settings, problem)
-    active = np.abs(trained.solution.weight) > MIN_WEIGHT_SHARE * settings.C
-    support, weight = problem.samples.take(active), trained.solution.weight[active]
-    wild = outliers(trained.fitted[active] - support.damping)
-    vectors = support.take(~wild)
-    stays = forgetting(vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=settings.rate_range)
-    return Memory(vectors, weight[~wild], stays, problem.noise), support.take(wild)

@@ -30,7 +30,6 @@ from incsvr.learning.policies.change import (
 from incsvr.learning.policies.merging import Vectors
 from incsvr.learning.policies.noise import Noise
 from incsvr.numerics import Array
-from incsvr.signals.samples import Samples
 
 PROBATION_BATCHES = 4
 """Batches for which a correction is on probation."""
@@ -118,7 +117,8 @@ def follow(
     vectors: Vectors,
     model: Model,
     noise: Noise,
-    batch: Samples,
+    rate: Array,
+    damping: Array,
     predicted: Array,
     index: NDArray[np.intp],
 ) -> tuple[Vectors, Watch, str | None]:
@@ -126,15 +126,15 @@ def follow(
 
     Args:
         vectors, model, noise: as they were before the batch.
-        batch: (n,) samples without outliers.
+        rate, damping: (n,) of the batch's samples without outliers [rad/s], [N m].
         predicted: (n,) f(x) of these samples under `model` [N m].
         index: (n,) their places in the stream.
     """
     points, probation, sentence = vectors.points, watch.probation, None
     # Both curves are judged by the same samples: those at rates that both knew.
     known = points.yaw_rate if probation is None else probation.vectors.points.yaw_rate
-    inside = (batch.yaw_rate >= known[0]) & (batch.yaw_rate <= known[-1])
-    rate, damping, now, index = batch.yaw_rate[inside], batch.damping[inside], predicted[inside], index[inside]
+    inside = (rate >= known[0]) & (rate <= known[-1])
+    rate, damping, now, index = rate[inside], damping[inside], predicted[inside], index[inside]
     fresh = gather(rate, _features(settings, rate, now), damping - now, index, noise)
     if probation is not None:
         then = probation.model.evaluate(rate)
