@@ -26,17 +26,11 @@ from incsvr.signals.samples import Samples
 
 @dataclass(frozen=True, slots=True)
 class Guarded:
-    """The learned state, the memory of the checks, and the state before the last batch.
+    """The learned state, the memory of the checks, and the state before the last batch."""
 
-    Attributes:
-        learner: what is learned.
-        checks: what the checks remember.
-        before: the learner before the last batch; None where there is nothing to go back to.
-    """
-
-    learner: State
-    checks: Checks
-    before: State | None = None
+    learner: State  # what is learned
+    checks: Checks  # what the checks remember
+    before: State | None = None  # the learner before the last batch; None where there is nothing to go back to
 
     def to_dict(self) -> dict[str, Any]:
         return {

@@ -33,16 +33,11 @@ class Series:
 
     For |u| ≤ h and k ≥ t = 2γh² the terms fall and the rest is of the size of the first left out, e⁻ᵗ tᵏ/k!. No terms
     cancel: their sum of absolute values is exp(−γ(|u| − |v|)²) ≤ 1.
-
-    Attributes:
-        gamma: γ of the kernel.
-        centre: of the velocities [rad/s].
-        factors: (rank − 1,) √(2γ/k), each φₖ over u φₖ₋₁.
     """
 
-    gamma: float
-    centre: float
-    factors: Array
+    gamma: float  # γ of the kernel
+    centre: float  # of the velocities [rad/s]
+    factors: Array  # (rank − 1,) √(2γ/k), each φₖ over u φₖ₋₁
 
     @staticmethod
     def over(low: float, high: float, gamma: float) -> Series | None:
@@ -70,17 +65,11 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Pivots:
-    """The columns of a Cholesky factor with diagonal pivots: φ(x) = L⁻¹ κ(pivots, x), with what they leave out of κ.
+    """The columns of a Cholesky factor with diagonal pivots: φ(x) = L⁻¹ κ(pivots, x), with what they leave out of κ."""
 
-    Attributes:
-        points: (rank,) or (rank, d) the pivots' scaled velocities.
-        lower: (rank, rank) L, κ of the pivots = L Lᵀ.
-        gamma, vanishing: of the kernel.
-    """
-
-    points: Array
-    lower: Array
-    gamma: float
+    points: Array  # (rank,) or (rank, d) the pivots' scaled velocities
+    lower: Array  # (rank, rank) L, κ of the pivots = L Lᵀ
+    gamma: float  # of the kernel
     vanishing: bool
 
     @staticmethod

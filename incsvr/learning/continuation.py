@@ -16,15 +16,11 @@ class Continuation:
     Outward from an end e of the learned range the curve goes on as f(e) + D(r) − D(e): continuous, growing, and
     dissipative wherever f(e) is. Where rest lies outside the range it returns to zero at rest as f(e) D(r)/D(e), and
     beyond rest, on the side that nobody has seen, it is D(r).
-
-    Attributes:
-        linear, quadratic: l [N m s/rad] and q [N m s²/rad²].
-        covariance: of both: the variance of l, their covariance, the variance of q.
     """
 
-    linear: float
+    linear: float  # l [N m s/rad] and q [N m s²/rad²]
     quadratic: float
-    covariance: tuple[float, float, float]
+    covariance: tuple[float, float, float]  # of both: the variance of l, their covariance, the variance of q
 
     @staticmethod
     def fit(rate: Array, damping: Array, precision: Array) -> Continuation:

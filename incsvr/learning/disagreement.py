@@ -35,17 +35,11 @@ MAX_GROUP_DEVIATIONS = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Disagreement:
-    """Running sums over groups.
+    """Running sums over groups."""
 
-    Attributes:
-        excess: Σ(m² − s²) [N² m²].
-        claimed: ΣV [N² m²].
-        groups: that both stand for.
-    """
-
-    excess: float = 0.0
-    claimed: float = 0.0
-    groups: float = 0.0
+    excess: float = 0.0  # Σ(m² − s²) [N² m²]
+    claimed: float = 0.0  # ΣV [N² m²]
+    groups: float = 0.0  # that both stand for
 
     @property
     def widening(self) -> float:

@@ -31,23 +31,14 @@ MIN_NOISE_SHARE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """The doubt of a model.
+    """The doubt of a model."""
 
-    Attributes:
-        sigma: noise level of a damping sample [N m], over all rates.
-        spread: how the noise follows the yaw rate.
-        systematic: standard deviation that no number of samples takes away [N m].
-        slope: the largest error of the slope where the water moved the vehicle [N m s].
-        widening: by how much fresh samples have disagreed with the curve.
-        factor: (r, r) Cholesky factor of I + Ψ D⁻¹ Ψᵀ.
-    """
-
-    sigma: float
-    spread: Spread
-    systematic: float
-    slope: float
-    widening: float
-    factor: Array
+    sigma: float  # noise level of a damping sample [N m], over all rates
+    spread: Spread  # how the noise follows the yaw rate
+    systematic: float  # standard deviation that no number of samples takes away [N m]
+    slope: float  # the largest error of the slope where the water moved the vehicle [N m s]
+    widening: float  # by how much fresh samples have disagreed with the curve
+    factor: Array  # (r, r) Cholesky factor of I + Ψ D⁻¹ Ψᵀ
 
     @staticmethod
     def of(

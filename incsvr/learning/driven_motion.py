@@ -57,15 +57,10 @@ TAMING_ROUNDS = 3
 
 @dataclass(frozen=True, slots=True)
 class Recent:
-    """The last samples of earlier batches for the next one, fewer than WINDOW_SAMPLES.
+    """The last samples of earlier batches for the next one, fewer than WINDOW_SAMPLES."""
 
-    Attributes:
-        yaw_rate: (n,) [rad/s].
-        damping: (n,) [N m].
-    """
-
-    yaw_rate: Array
-    damping: Array
+    yaw_rate: Array  # (n,) [rad/s]
+    damping: Array  # (n,) [N m]
 
     @staticmethod
     def empty() -> Recent:
@@ -80,17 +75,11 @@ class Recent:
 
 
 class Sifted(NamedTuple):
-    """The driven samples of a batch.
+    """The driven samples of a batch."""
 
-    Attributes:
-        driven: (n,) which of its samples are evidence about damping.
-        yaw_rate: (n,) the rate at which each is [rad/s]: its own, or its window's mean.
-        recent: for the next batch.
-    """
-
-    driven: Mask
-    yaw_rate: Array
-    recent: Recent
+    driven: Mask  # (n,) which of its samples are evidence about damping
+    yaw_rate: Array  # (n,) the rate at which each is [rad/s]: its own, or its window's mean
+    recent: Recent  # for the next batch
 
 
 def sift(batch: Samples, recent: Recent) -> Sifted:

@@ -44,14 +44,10 @@ BATCH_PARTS = 5
 
 @dataclass(frozen=True, slots=True)
 class Waiting:
-    """Samples that the torque made and that no policy has learned from yet.
+    """Samples that the torque made and that no policy has learned from yet."""
 
-    Attributes:
-        samples: (n,) of them.
-        place: (n,) where each stands in the stream, counted from the first sample of the next batch: negative.
-    """
-
-    samples: Samples
+    samples: Samples  # (n,) of them
+    # (n,) where each stands in the stream, counted from the first sample of the next batch: negative
     place: NDArray[np.intp]
 
     @staticmethod
@@ -76,27 +72,16 @@ class Waiting:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """The memory of the learner between two iterations; its size is bounded by the settings.
+    """The memory of the learner between two iterations; its size is bounded by the settings."""
 
-    Attributes:
-        iterations: how many have been done.
-        model: what is served.
-        policy: whose memory it is.
-        memory: what the policy carries over.
-        recent: the last samples, for telling what the torque makes.
-        waiting: samples that the torque made, fewer than the policy learns from.
-        water: the motion that was no evidence.
-        disagreement: of fresh samples with what was served.
-    """
-
-    iterations: int
-    model: Model
-    policy: str
-    memory: Memory
-    recent: Recent
-    waiting: Waiting
-    water: Water
-    disagreement: Disagreement
+    iterations: int  # how many have been done
+    model: Model  # what is served
+    policy: str  # whose memory it is
+    memory: Memory  # what the policy carries over
+    recent: Recent  # the last samples, for telling what the torque makes
+    waiting: Waiting  # samples that the torque made, fewer than the policy learns from
+    water: Water  # the motion that was no evidence
+    disagreement: Disagreement  # of fresh samples with what was served
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for a file: numbers, strings, lists, dictionaries; exact to the bit through JSON."""
@@ -220,10 +205,10 @@ def _checked(settings: Settings, state: State, batch: Samples) -> Samples:
     """
     if len(batch) == 0:
         raise BadInput("a batch needs at least one sample; wait for more before the next iteration")
-    if not np.isfinite(batch.yaw_rate).all() or not np.isfinite(batch.damping).all():
-        raise BadInput("a batch holds NaN or infinite samples; reject them before they reach the learner")
     for name, values in (("x", batch.yaw_rate), ("y", batch.damping)):
-        if np.abs(values).max() > MAX_INPUT_NORM:
+        if not values.dot(values) < MAX_INPUT_NORM**2:  # NaN compares as false
+            if not np.isfinite(values).all():
+                raise BadInput("a batch holds NaN or infinite samples; reject them before they reach the learner")
             raise BadInput(
                 f"{name} holds values beyond {MAX_INPUT_NORM:g}: reject such samples before they reach the learner"
             )

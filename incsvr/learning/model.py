@@ -22,35 +22,22 @@ from incsvr.signals.samples import Samples
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """The ε-SVR without bias (no drag acts on a vehicle at rest), f(r) = Σ θⱼ κ(rⱼ, r) with θ = α − β.
+    """The ε-SVR without bias (no drag acts on a vehicle at rest), f(r) = Σ θⱼ κ(rⱼ, r) with θ = α − β."""
 
-    Attributes:
-        gamma: kernel width γ [(rad/s)⁻²] of κ(x, z) = exp(−γ(x − z)²).
-        C, epsilon: bound on |θ| [N m] and half height of the tube [N m], as configured.
-        support_rate, support_damping, weight: (m,) the vectors [rad/s], [N m] and their θ [N m].
-        count: (m,) how many samples each vector stands for.
-        sigma: noise level of a damping sample [N m], over all rates.
-        certified_error: no exact solution differs from this one by more, at any rate [N m].
-        correlation: of the noise of two samples that follow each other.
-        water: the motion that was no evidence, because the water made it.
-        spread: how the noise follows the yaw rate.
-        widening: by how much fresh samples have disagreed with the curve, in its own doubt; at least 1.
-        several: the further velocities that damping was learned over; None where it was over the own one alone.
-    """
-
-    gamma: float
-    C: float
+    gamma: float  # kernel width γ [(rad/s)⁻²] of κ(x, z) = exp(−γ(x − z)²)
+    C: float  # bound on |θ| [N m] and half height of the tube [N m], as configured
     epsilon: float
-    support_rate: Array
+    support_rate: Array  # (m,) the vectors [rad/s], [N m] and their θ [N m]
     support_damping: Array
     weight: Array
-    count: Array
-    sigma: float
-    certified_error: float
-    correlation: float = 0.0
-    water: Water = field(default_factory=Water)
-    spread: Spread = field(default_factory=lambda: Spread(1.0))
-    widening: float = 1.0
+    count: Array  # (m,) how many samples each vector stands for
+    sigma: float  # noise level of a damping sample [N m], over all rates
+    certified_error: float  # no exact solution differs from this one by more, at any rate [N m]
+    correlation: float = 0.0  # of the noise of two samples that follow each other
+    water: Water = field(default_factory=Water)  # the motion that was no evidence, because the water made it
+    spread: Spread = field(default_factory=lambda: Spread(1.0))  # how the noise follows the yaw rate
+    widening: float = 1.0  # by how much fresh samples have disagreed with the curve, in its own doubt; at least 1
+    # the further velocities that damping was learned over; None where it was over the own one alone
     several: Several | None = None
 
     @staticmethod

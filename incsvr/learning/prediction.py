@@ -28,21 +28,13 @@ MAX_GAP_LENGTHS = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """Damping at some rates.
+    """Damping at some rates."""
 
-    Attributes:
-        damping: (n,) f(r) [N m].
-        sigma: (n,) standard deviation of one fresh sample about it [N m]: noise and doubt together.
-        extrapolated: (n,) whether the rate lies where nothing was learned.
-        noise: (n,) the samples' own deviation there [N m].
-        derivative: (n,) ∂f/∂r, with respect to the axis's own velocity [N m s/rad].
-    """
-
-    damping: Array
-    sigma: Array
-    extrapolated: NDArray[np.bool_]
-    noise: Array
-    derivative: Array
+    damping: Array  # (n,) f(r) [N m]
+    sigma: Array  # (n,) standard deviation of one fresh sample about it [N m]: noise and doubt together
+    extrapolated: NDArray[np.bool_]  # (n,) whether the rate lies where nothing was learned
+    noise: Array  # (n,) the samples' own deviation there [N m]
+    derivative: Array  # (n,) ∂f/∂r, with respect to the axis's own velocity [N m s/rad]
 
     @property
     def doubt(self) -> Array:
@@ -52,26 +44,16 @@ class Prediction:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A model over one velocity made ready for questions: products with the kernel's columns φ.
+    """A model over one velocity made ready for questions: products with the kernel's columns φ."""
 
-    Attributes:
-        model: the model.
-        low, high: the learned range [rad/s].
-        columns: of the kernel.
-        phi: (rank, m) φ at the vectors.
-        scale: the largest damping of the vectors [N m]; never zero.
-        variance: (m,) of the vectors [N² m²].
-        doubt: of the curve.
-    """
-
-    model: Model
-    low: float
+    model: Model  # the model
+    low: float  # the learned range [rad/s]
     high: float
-    columns: Series | Pivots
-    phi: Array
-    scale: float
-    variance: Array
-    doubt: Doubt
+    columns: Series | Pivots  # of the kernel
+    phi: Array  # (rank, m) φ at the vectors
+    scale: float  # the largest damping of the vectors [N m]; never zero
+    variance: Array  # (m,) of the vectors [N² m²]
+    doubt: Doubt  # of the curve
 
     @staticmethod
     def of(model: Model) -> Curve:

@@ -30,17 +30,12 @@ _CLIPPED_VARIANCE = 0.97750
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """The noise's variance over the level's, by rate.
+    """The noise's variance over the level's, by rate."""
 
-    Attributes:
-        fastest: the vehicle's largest |r| [rad/s].
-        variance: (KNOT_COUNT,) at |r| from 0 to the fastest, as shares of the level's.
-        seen: (KNOT_COUNT,) samples that each stands for.
-    """
-
-    fastest: float
+    fastest: float  # the vehicle's largest |r| [rad/s]
+    # (KNOT_COUNT,) at |r| from 0 to the fastest, as shares of the level's
     variance: tuple[float, ...] = (1.0,) * KNOT_COUNT
-    seen: tuple[float, ...] = (PRIOR_SAMPLES,) * KNOT_COUNT
+    seen: tuple[float, ...] = (PRIOR_SAMPLES,) * KNOT_COUNT  # (KNOT_COUNT,) samples that each stands for
 
     @staticmethod
     def start(rate_range: tuple[float, float]) -> Spread:

@@ -42,19 +42,12 @@ ALARM_LOG_ODDS = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """The evidence of some samples about the correction.
+    """The evidence of some samples about the correction."""
 
-    Attributes:
-        information: A (p, p).
-        score: v (p,).
-        square: eᵀΣ⁻¹e.
-        reach: largest |r| among them [rad/s].
-    """
-
-    information: Array
-    score: Array
-    square: float
-    reach: float
+    information: Array  # A (p, p)
+    score: Array  # v (p,)
+    square: float  # eᵀΣ⁻¹e
+    reach: float  # largest |r| among them [rad/s]
 
     def to_dict(self) -> dict[str, Any]:
         return {

@@ -21,20 +21,14 @@ class Vectors:
 
     The drag of mean velocities is not the mean drag, so that over several velocities each vector keeps its mean terms
     as well: what the drag says of a vector is then what it says of its samples, however far these lie apart.
-
-    Attributes:
-        points: (n,) mean velocities and damping of each and the time of its newest sample, in the order of the own
-            velocity.
-        information: (n,) Σ 1/σ² of the samples in each, at the noise level σ of their time [1/(N m)²].
-        terms: (n, p) mean terms of the drag, of velocities in their units; (n, 0) over one velocity.
-        own: the axis's own velocity, as recordings call it, for the drag.
-        others: names of the further velocities, in the order of every (n, d) array; none over one velocity.
     """
 
+    # (n,) mean velocities and damping of each and the time of its newest sample, in the order of the own velocity
     points: Samples
-    information: Array
-    terms: Array
-    own: str = "yaw_rate"
+    information: Array  # (n,) Σ 1/σ² of the samples in each, at the noise level σ of their time [1/(N m)²]
+    terms: Array  # (n, p) mean terms of the drag, of velocities in their units; (n, 0) over one velocity
+    own: str = "yaw_rate"  # the axis's own velocity, as recordings call it, for the drag
+    # names of the further velocities, in the order of every (n, d) array; none over one velocity
     others: tuple[str, ...] = ()
 
     def __len__(self) -> int:

@@ -27,18 +27,12 @@ class Noise:
 
     The level is the mean of the logarithm of each batch's robust variance. So outliers do not move it, and after ten
     quiet batches nobody remembers a loud one, which would dominate a mean of variances.
-
-    Attributes:
-        variance: σ² of a sample about the curve [N² m²].
-        correlation: ρ of two samples that follow each other, in [0, 0.95].
-        seen: samples that the means stand for; 0 before the first batch.
-        spread: how the noise follows the yaw rate.
     """
 
-    spread: Spread
-    variance: float = 1.0
-    correlation: float = 0.0
-    seen: float = 0.0
+    spread: Spread  # how the noise follows the yaw rate
+    variance: float = 1.0  # σ² of a sample about the curve [N² m²]
+    correlation: float = 0.0  # ρ of two samples that follow each other, in [0, 0.95]
+    seen: float = 0.0  # samples that the means stand for; 0 before the first batch
 
     @staticmethod
     def start(rate_range: tuple[float, float]) -> Noise:

@@ -34,19 +34,12 @@ MIN_WEIGHT_SHARE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Memory:
-    """The memory of the paper's policy between two iterations.
+    """The memory of the paper's policy between two iterations."""
 
-    Attributes:
-        vectors: (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch.
-        weight: (n,) their θ [N m].
-        stays: (n,) those that the next iteration's forgetting keeps: what is served.
-        noise: of the samples about the curve.
-    """
-
-    vectors: Samples
-    weight: Array
-    stays: Mask
-    noise: Noise
+    vectors: Samples  # (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch
+    weight: Array  # (n,) their θ [N m]
+    stays: Mask  # (n,) those that the next iteration's forgetting keeps: what is served
+    noise: Noise  # of the samples about the curve
 
     @cached_property
     def served(self) -> Samples:

@@ -41,22 +41,14 @@ YOUNG_CURVE_BATCHES = 3
 
 @dataclass(frozen=True, slots=True)
 class Probation:
-    """A correction that may still turn out wrong.
+    """A correction that may still turn out wrong."""
 
-    Attributes:
-        precision: (p, p) of what is left to correct.
-        batches: for how many more.
-        vectors, model: from before the correction.
-        held: (p, p) M + D of them.
-        lead: ln of how much better they explain the batches since.
-    """
-
-    precision: Array
-    batches: int
-    vectors: Vectors
+    precision: Array  # (p, p) of what is left to correct
+    batches: int  # for how many more
+    vectors: Vectors  # from before the correction
     model: Model
-    held: Array
-    lead: float = 0.0
+    held: Array  # (p, p) M + D of them
+    lead: float = 0.0  # ln of how much better they explain the batches since
 
     def to_dict(self) -> dict[str, Any]:
         return {
@@ -82,17 +74,11 @@ class Probation:
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """The memory between two batches.
+    """The memory between two batches."""
 
-    Attributes:
-        seen: batches so far, as far as they count.
-        recent: evidence of the last batches, oldest first, since the last correction.
-        probation: of the last correction, while it lasts.
-    """
-
-    seen: int = 0
-    recent: tuple[Evidence, ...] = ()
-    probation: Probation | None = None
+    seen: int = 0  # batches so far, as far as they count
+    recent: tuple[Evidence, ...] = ()  # evidence of the last batches, oldest first, since the last correction
+    probation: Probation | None = None  # of the last correction, while it lasts
 
     def to_dict(self) -> dict[str, Any]:
         return {

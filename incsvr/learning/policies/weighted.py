@@ -56,19 +56,12 @@ NEIGHBOUR_SAMPLES = 7
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """The memory of the weighted policy between two iterations.
+    """The memory of the weighted policy between two iterations."""
 
-    Attributes:
-        vectors: at most `capacity`.
-        fastest: (d − 1,) of each further velocity so far, in its unit.
-        noise: of the samples.
-        watch: for changes of the vehicle; over several velocities it never sees a batch.
-    """
-
-    vectors: Vectors
-    fastest: Array
-    noise: Noise
-    watch: Watch
+    vectors: Vectors  # at most `capacity`
+    fastest: Array  # (d − 1,) of each further velocity so far, in its unit
+    noise: Noise  # of the samples
+    watch: Watch  # for changes of the vehicle; over several velocities it never sees a batch
 
     @property
     def served(self) -> Samples:

@@ -38,21 +38,13 @@ MIN_DISTANCE_SHARE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Several:
-    """The further velocities of a model.
+    """The further velocities of a model."""
 
-    Attributes:
-        own: the axis's own velocity, as recordings call it.
-        others: their names; those of channels.
-        velocity: (m, d) of each vector, the own one first, in their units.
-        fastest: (d,) by which each is scaled, in its unit.
-        drag: (p,) coefficients of the textbook's drag [N m] (`terms`).
-    """
-
-    own: str
-    others: tuple[str, ...]
-    velocity: Array
-    fastest: Array
-    drag: Array
+    own: str  # the axis's own velocity, as recordings call it
+    others: tuple[str, ...]  # their names; those of channels
+    velocity: Array  # (m, d) of each vector, the own one first, in their units
+    fastest: Array  # (d,) by which each is scaled, in its unit
+    drag: Array  # (p,) coefficients of the textbook's drag [N m] (`terms`)
 
     def terms(self, u: Array) -> Array:
         """(n, p) terms of the drag at (n, d) scaled velocities."""
@@ -146,25 +138,15 @@ class Several:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A model over several velocities made ready for questions.
+    """A model over several velocities made ready for questions."""
 
-    Attributes:
-        model: the model.
-        several: its further velocities.
-        columns: of the kernel.
-        scale: of what the kernels hold, the largest that the drag leaves over at a vector [N m].
-        largest: the largest damping of the vectors, the prior of each term of the drag [N m].
-        doubt: of the surface.
-        reach: distance from the nearest vector beyond which nothing was driven, in fastest velocities.
-    """
-
-    model: Model
-    several: Several
-    columns: Pivots
-    scale: float
-    largest: float
-    doubt: Doubt
-    reach: float
+    model: Model  # the model
+    several: Several  # its further velocities
+    columns: Pivots  # of the kernel
+    scale: float  # of what the kernels hold, the largest that the drag leaves over at a vector [N m]
+    largest: float  # the largest damping of the vectors, the prior of each term of the drag [N m]
+    doubt: Doubt  # of the surface
+    reach: float  # distance from the nearest vector beyond which nothing was driven, in fastest velocities
 
     @staticmethod
     def of(model: Model) -> Surface:
