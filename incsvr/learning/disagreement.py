@@ -10,7 +10,6 @@ never narrowed, since what is common to all batches does not show.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
 
@@ -77,11 +76,3 @@ class Disagreement:
             kept * self.claimed + float(np.add.reduce(claimed)),
             before + there.size,
         )
-
-    def to_list(self) -> list[float]:
-        return [self.excess, self.claimed, self.groups]
-
-    @staticmethod
-    def from_list(data: Sequence[float]) -> Disagreement:
-        excess, claimed, groups = data
-        return Disagreement(excess, claimed, groups)

@@ -20,9 +20,8 @@ Nothing is known of the vehicle here but Eq. 5, and a batch needs the last sampl
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -65,13 +64,6 @@ class Recent:
     @staticmethod
     def empty() -> Recent:
         return Recent(np.empty(0), np.empty(0))
-
-    def to_dict(self) -> dict[str, Any]:
-        return {"yaw_rate": self.yaw_rate.tolist(), "damping": self.damping.tolist()}
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Recent:
-        return Recent(*(np.array(data[name], dtype=np.float64) for name in ("yaw_rate", "damping")))
 
 
 class Sifted(NamedTuple):

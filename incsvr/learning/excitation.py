@@ -44,14 +44,6 @@ class Water:
             seen,
         )
 
-    def to_list(self) -> list[float]:
-        return [self.rate, self.moment, self.share, self.seen]
-
-    @staticmethod
-    def from_list(data: Sequence[float]) -> Water:
-        rate, moment, share, seen = data
-        return Water(rate, moment, share, seen)
-
 
 @dataclass(frozen=True, slots=True)
 class Excitation:

@@ -31,6 +31,7 @@ from incsvr.learning.model import Model
 from incsvr.learning.plain_samples import columns_to_dict, others_to_dict, samples_from_dict
 from incsvr.learning.policies import paper, weighted
 from incsvr.learning.several_velocities.freeing import by_itself
+from incsvr.numerics.plain import from_plain, to_plain
 from incsvr.signals.samples import Samples
 
 __all__ = ["Iteration", "Settings", "State", "start", "step"]
@@ -85,34 +86,23 @@ class State:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for a file: numbers, strings, lists, dictionaries; exact to the bit through JSON."""
-        return {
-            "form": STATE_FORM,
-            "iterations": self.iterations,
-            "model": self.model.to_dict(),
-            "policy": self.policy,
-            "memory": self.memory.to_dict(),
-            "recent": self.recent.to_dict(),
-            "waiting": self.waiting.to_dict(),
-            "water": self.water.to_list(),
-            "disagreement": self.disagreement.to_list(),
-        }
+        fields = ("iterations", "model", "policy", "memory", "recent", "waiting", "water", "disagreement")
+        return {"form": STATE_FORM, **{name: to_plain(getattr(self, name)) for name in fields}}
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> State:
         if data.get("form") != STATE_FORM or data.get("policy") not in _POLICIES:
             raise BadInput("this is not a learner's state of this version; start from an empty state directory")
         policy = data["policy"]
-        memory = _POLICIES[policy].Memory.from_dict(data["memory"])
-        recent, waiting = Recent.from_dict(data["recent"]), Waiting.from_dict(data["waiting"])
         return State(
             data["iterations"],
-            Model.from_dict(data["model"]),
+            from_plain(Model, data["model"]),
             policy,
-            memory,
-            recent,
-            waiting,
-            Water.from_list(data["water"]),
-            Disagreement.from_list(data["disagreement"]),
+            from_plain(_POLICIES[policy].Memory, data["memory"]),
+            from_plain(Recent, data["recent"]),
+            from_plain(Waiting, data["waiting"]),
+            from_plain(Water, data["water"]),
+            from_plain(Disagreement, data["disagreement"]),
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,6 +18,7 @@ from incsvr.learning.prediction import Curve, Prediction
 from incsvr.learning.several_velocities.surface import Several, Surface
 from incsvr.learning.spread import Spread
 from incsvr.numerics import Array
+from incsvr.numerics.plain import fields_from_plain, fields_to_plain
 from incsvr.signals.samples import Samples
 
 
@@ -120,6 +122,14 @@ class Model:
         if not self.is_trained:
             raise BadInput("nothing is learned yet; ask again after the first iteration")
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, exact to the bit through JSON."""
+        return fields_to_plain(self) | {"sigma": self.sigma if self.is_trained else None}
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Model:
+        return fields_from_plain(Model, {**data, "sigma": math.nan if data["sigma"] is None else data["sigma"]})
+
     @cached_property
     def _surface(self) -> Surface:
         return Surface.of(self)
@@ -127,40 +137,3 @@ class Model:
     @cached_property
     def _curve(self) -> Curve:
         return Curve.of(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data, exact to the bit through JSON."""
-        return {
-            "gamma": self.gamma,
-            "C": self.C,
-            "epsilon": self.epsilon,
-            "support_rate": self.support_rate.tolist(),
-            "support_damping": self.support_damping.tolist(),
-            "weight": self.weight.tolist(),
-            "count": self.count.tolist(),
-            "sigma": self.sigma if self.is_trained else None,
-            "certified_error": self.certified_error,
-            "correlation": self.correlation,
-            "water": self.water.to_list(),
-            "spread": self.spread.to_dict(),
-            "widening": self.widening,
-        } | ({} if self.several is None else {"several": self.several.to_dict()})
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Model:
-        names = ("support_rate", "support_damping", "weight", "count")
-        arrays = {name: np.array(data[name], dtype=np.float64) for name in names}
-        sigma = float("nan") if data["sigma"] is None else data["sigma"]
-        return Model(
-            data["gamma"],
-            data["C"],
-            data["epsilon"],
-            **arrays,
-            sigma=sigma,
-            certified_error=data["certified_error"],
-            correlation=data["correlation"],
-            water=Water.from_list(data["water"]),
-            spread=Spread.from_dict(data["spread"]),
-            widening=data["widening"],
-            several=Several.from_dict(data["several"]) if "several" in data else None,
-        )

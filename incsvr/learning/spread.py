@@ -7,9 +7,7 @@ sides. What nobody has seen yet is as loud as the level says.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -71,10 +69,3 @@ class Spread:
         seen = np.minimum(np.array(self.seen), np.maximum(HORIZON_SAMPLES - new, 0.0))
         variance = (seen * np.array(self.variance) + total) / np.maximum(seen + new, 1e-12)
         return Spread(self.fastest, tuple(variance.tolist()), tuple((seen + new).tolist()))
-
-    def to_dict(self) -> dict[str, Any]:
-        return {"fastest": self.fastest, "variance": list(self.variance), "seen": list(self.seen)}
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Spread:
-        return Spread(data["fastest"], tuple(data["variance"]), tuple(data["seen"]))

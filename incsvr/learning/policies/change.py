@@ -18,9 +18,9 @@ factor adds it up over the last one, two and four batches. Under H1 the correcti
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,18 +48,6 @@ class Evidence:
     score: Array  # v (p,)
     square: float  # eᵀΣ⁻¹e
     reach: float  # largest |r| among them [rad/s]
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "information": self.information.tolist(),
-            "score": self.score.tolist(),
-            "square": self.square,
-            "reach": self.reach,
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Evidence:
-        return Evidence(np.array(data["information"]), np.array(data["score"]), data["square"], data["reach"])
 
 
 def features(u: Array, curve: Array) -> Array:

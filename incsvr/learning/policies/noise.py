@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import exp, log
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,15 +68,3 @@ class Noise:
         correlation = (1.0 - share) * self.correlation + share * colour
         spread = self.spread.after(rate, residual, variance**0.5)
         return Noise(spread, variance, min(max(correlation, 0.0), MAX_CORRELATION), seen + n)
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "spread": self.spread.to_dict(),
-            "variance": self.variance,
-            "correlation": self.correlation,
-            "seen": self.seen,
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Noise:
-        return Noise(Spread.from_dict(data["spread"]), data["variance"], data["correlation"], data["seen"])

@@ -26,6 +26,7 @@ from incsvr.learning.plain_samples import columns_to_dict, samples_from_dict
 from incsvr.learning.policies.noise import Noise
 from incsvr.learning.policies.training import fastest_of, trained
 from incsvr.numerics import Array
+from incsvr.numerics.plain import from_plain, to_plain
 from incsvr.signals.samples import Samples
 
 MIN_WEIGHT_SHARE = 1e-9
@@ -56,7 +57,7 @@ class Memory:
             **columns_to_dict(self.vectors),
             "weight": self.weight.tolist(),
             "stays": self.stays.tolist(),
-            "noise": self.noise.to_dict(),
+            "noise": to_plain(self.noise),
         }
 
     @staticmethod
@@ -64,7 +65,7 @@ class Memory:
         vectors = samples_from_dict(data)
         # a state over several velocities lacks the weights; `weighted` goes on from its vectors
         weight = np.array(data.get("weight", np.zeros(len(vectors))), dtype=np.float64)
-        return Memory(vectors, weight, np.array(data["stays"], dtype=np.bool_), Noise.from_dict(data["noise"]))
+        return Memory(vectors, weight, np.array(data["stays"], dtype=np.bool_), from_plain(Noise, data["noise"]))
 
 
 def start(settings: Settings) -> Memory:

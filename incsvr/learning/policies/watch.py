@@ -8,9 +8,7 @@ back if they explain the batches since better than the corrected ones with all t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,27 +48,6 @@ class Probation:
     held: Array  # (p, p) M + D of them
     lead: float = 0.0  # ln of how much better they explain the batches since
 
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "precision": self.precision.tolist(),
-            "batches": self.batches,
-            "vectors": self.vectors.to_dict(),
-            "model": self.model.to_dict(),
-            "held": self.held.tolist(),
-            "lead": self.lead,
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Probation:
-        return Probation(
-            np.array(data["precision"]),
-            data["batches"],
-            Vectors.from_dict(data["vectors"]),
-            Model.from_dict(data["model"]),
-            np.array(data["held"]),
-            data["lead"],
-        )
-
 
 @dataclass(frozen=True, slots=True)
 class Watch:
@@ -79,22 +56,6 @@ class Watch:
     seen: int = 0  # batches so far, as far as they count
     recent: tuple[Evidence, ...] = ()  # evidence of the last batches, oldest first, since the last correction
     probation: Probation | None = None  # of the last correction, while it lasts
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "seen": self.seen,
-            "recent": [part.to_dict() for part in self.recent],
-            "probation": None if self.probation is None else self.probation.to_dict(),
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Watch:
-        probation = data["probation"]
-        return Watch(
-            data["seen"],
-            tuple(Evidence.from_dict(part) for part in data["recent"]),
-            None if probation is None else Probation.from_dict(probation),
-        )
 
 
 def follow(

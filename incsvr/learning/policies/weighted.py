@@ -19,8 +19,7 @@ the newest `MAX_VECTOR_SAMPLES` samples around it and moves on with them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -59,44 +58,28 @@ class Memory:
     """The memory of the weighted policy between two iterations."""
 
     vectors: Vectors  # at most `capacity`
-    fastest: Array  # (d − 1,) of each further velocity so far, in its unit
     noise: Noise  # of the samples
-    watch: Watch  # for changes of the vehicle; over several velocities it never sees a batch
+    fastest: Array = field(default_factory=lambda: np.empty(0))  # (d − 1,) of each further velocity so far, in its unit
+    watch: Watch = field(
+        default_factory=Watch
+    )  # for changes of the vehicle; over several velocities it never sees a batch
 
     @property
     def served(self) -> Samples:
         """The vectors of the served model."""
         return self.vectors.points
 
-    def to_dict(self) -> dict[str, Any]:
-        several = self.fastest.size > 0
-        return {
-            "vectors": self.vectors.to_dict(),
-            **({"fastest": self.fastest.tolist()} if several else {}),
-            "noise": self.noise.to_dict(),
-            **({} if several else {"watch": self.watch.to_dict()}),
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Memory:
-        return Memory(
-            Vectors.from_dict(data["vectors"]),
-            np.array(data.get("fastest", ()), dtype=np.float64),
-            Noise.from_dict(data["noise"]),
-            Watch.from_dict(data["watch"]) if "watch" in data else Watch(),
-        )
-
 
 def start(settings: Settings) -> Memory:
     vectors = Vectors.empty(settings.own, settings.others)
-    return Memory(vectors, np.zeros(len(settings.others)), Noise.start(settings.rate_range), Watch())
+    return Memory(vectors, Noise.start(settings.rate_range), np.zeros(len(settings.others)))
 
 
 def continued(settings: Settings, other: Any) -> Memory:
     """The memory that goes on from another policy's: its vectors as samples, one each."""
     noise = other.noise
     vectors = Vectors.of(other.served, settings.own, settings.others, information=1.0 / noise.variance)
-    return Memory(vectors, other.fastest, noise, Watch())
+    return Memory(vectors, noise, other.fastest)
 
 
 def learn(
@@ -142,7 +125,7 @@ def learn(
         left = np.where(told, residual, kept.damping - served.learned(kept))
         noise = noise.after(left, place, kept.yaw_rate)
     nothing = batch.take(slice(0, 0))
-    return Memory(vectors, fastest[1:], noise, watch), Iteration(
+    return Memory(vectors, noise, fastest[1:], watch), Iteration(
         number=number,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
         trained=True,

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,21 +118,6 @@ class Several:
             and bool((np.abs(numbers) < MAX_MAGNITUDE).all() and (self.fastest > 0.0).all())
             and bool((self.velocity[:, 0] == rate).all())
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "own": self.own,
-            "others": list(self.others),
-            "velocity": self.velocity.tolist(),
-            "fastest": self.fastest.tolist(),
-            "drag": self.drag.tolist(),
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Several:
-        others = tuple(data["others"])
-        velocity = np.array(data["velocity"], dtype=np.float64).reshape(-1, 1 + len(others))
-        return Several(data["own"], others, velocity, np.array(data["fastest"]), np.array(data["drag"]))
 
 
 @dataclass(frozen=True, eq=False)
