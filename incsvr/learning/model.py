@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -12,35 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.learning.excitation import Water
 from incsvr.learning.kernel import rbf
 from incsvr.learning.prediction import Curve, Prediction
-from incsvr.learning.several_velocities.surface import Several, Surface
-from incsvr.learning.spread import Spread
+from incsvr.learning.several_velocities.surface import Surface
+from incsvr.learning.support import Support
 from incsvr.numerics import Array
 from incsvr.numerics.plain import fields_from_plain, fields_to_plain
 from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class Model(Support):
     """The ε-SVR without bias (no drag acts on a vehicle at rest), f(r) = Σ θⱼ κ(rⱼ, r) with θ = α − β."""
-
-    gamma: float  # kernel width γ [(rad/s)⁻²] of κ(x, z) = exp(−γ(x − z)²)
-    C: float  # bound on |θ| [N m] and half height of the tube [N m], as configured
-    epsilon: float
-    support_rate: Array  # (m,) the vectors [rad/s], [N m] and their θ [N m]
-    support_damping: Array
-    weight: Array
-    count: Array  # (m,) how many samples each vector stands for
-    sigma: float  # noise level of a damping sample [N m], over all rates
-    certified_error: float  # no exact solution differs from this one by more, at any rate [N m]
-    correlation: float = 0.0  # of the noise of two samples that follow each other
-    water: Water = field(default_factory=Water)  # the motion that was no evidence, because the water made it
-    spread: Spread = field(default_factory=lambda: Spread(1.0))  # how the noise follows the yaw rate
-    widening: float = 1.0  # by how much fresh samples have disagreed with the curve, in its own doubt; at least 1
-    # the further velocities that damping was learned over; None where it was over the own one alone
-    several: Several | None = None
 
     @staticmethod
     def untrained(gamma: float, C: float, epsilon: float) -> Model:

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import exp, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +16,8 @@ from incsvr.learning.columns import Pivots, Series
 from incsvr.learning.continuation import Continuation
 from incsvr.learning.doubt import NOISE_SHARE, Doubt, variance_of
 from incsvr.learning.kernel import rbf
+from incsvr.learning.support import Support
 from incsvr.numerics import Array, lapack
-
-if TYPE_CHECKING:
-    from incsvr.learning.model import Model
 
 MAX_GAP_LENGTHS = 0.5
 """Distance from the nearest vector beyond which a rate between vectors is not learned either, in lengths 1/√γ."""
@@ -46,7 +43,7 @@ class Prediction:
 class Curve:
     """A model over one velocity made ready for questions: products with the kernel's columns φ."""
 
-    model: Model  # the model
+    model: Support  # the model
     low: float  # the learned range [rad/s]
     high: float
     columns: Series | Pivots  # of the kernel
@@ -56,7 +53,7 @@ class Curve:
     doubt: Doubt  # of the curve
 
     @staticmethod
-    def of(model: Model) -> Curve:
+    def of(model: Support) -> Curve:
         x, count = model.support_rate, model.count
         low, high = float(x.min()), float(x.max())
         columns: Series | Pivots | None = Series.over(low, high, model.gamma)

@@ -14,7 +14,7 @@ from incsvr.learning import checked_learner, columns, dual
 from incsvr.learning.kernel import rbf, rbf_at_rest
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.several_velocities.drag import Drag
-from incsvr.learning.several_velocities.surface import Several
+from incsvr.learning.several_velocities.several import Several
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 from service.recordings.samples_from_recording import samples_of

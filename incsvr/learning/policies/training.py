@@ -10,7 +10,7 @@ from incsvr.learning.iteration import Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several_velocities.drag import Drag, fitted, share_left
-from incsvr.learning.several_velocities.surface import Several
+from incsvr.learning.several_velocities.several import Several
 from incsvr.learning.velocities import points
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
