@@ -21,38 +21,24 @@ from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.model import Model
 from incsvr.learning.several_velocities.freeing import as_one_curve
 from incsvr.numerics import Array
+from incsvr.numerics.plain import fields_from_plain, fields_to_plain
 from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)
 class Guarded:
-    """The learned state, the memory of the checks, and the state before the last batch.
+    """The learned state, the memory of the checks, and the state before the last batch."""
 
-    Attributes:
-        learner: what is learned.
-        checks: what the checks remember.
-        before: the learner before the last batch; None where there is nothing to go back to.
-    """
-
-    learner: State
-    checks: Checks
-    before: State | None = None
+    learner: State  # what is learned
+    checks: Checks  # what the checks remember
+    before: State | None = None  # the learner before the last batch; None where there is nothing to go back to
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "learner": self.learner.to_dict(),
-            "checks": self.checks.to_dict(),
-            "before": None if self.before is None else self.before.to_dict(),
-        }
+        return fields_to_plain(self)
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Guarded:
-        before = data["before"]
-        return Guarded(
-            State.from_dict(data["learner"]),
-            Checks.from_dict(data["checks"]),
-            None if before is None else State.from_dict(before),
-        )
+        return fields_from_plain(Guarded, data)
 
 
 def begin(settings: Settings) -> Guarded:

@@ -10,7 +10,6 @@ never narrowed, since what is common to all batches does not show.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
 
@@ -18,7 +17,7 @@ import numpy as np
 
 from incsvr.learning.model import Model
 from incsvr.learning.prediction import Prediction
-from incsvr.numerics import Array, independent_part
+from incsvr.numerics import independent_part
 from incsvr.signals.samples import Samples
 
 SIDE_GROUPS = 5
@@ -35,17 +34,11 @@ MAX_GROUP_DEVIATIONS = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Disagreement:
-    """Running sums over groups.
+    """Running sums over groups."""
 
-    Attributes:
-        excess: Σ(m² − s²) [N² m²].
-        claimed: ΣV [N² m²].
-        groups: that both stand for.
-    """
-
-    excess: float = 0.0
-    claimed: float = 0.0
-    groups: float = 0.0
+    excess: float = 0.0  # Σ(m² − s²) [N² m²]
+    claimed: float = 0.0  # ΣV [N² m²]
+    groups: float = 0.0  # that both stand for
 
     @property
     def widening(self) -> float:
@@ -62,33 +55,24 @@ class Disagreement:
             said: (n,) what the model says at their velocities.
             fastest: the vehicle's largest |r| [rad/s].
         """
-        rate, damping = samples.yaw_rate, samples.damping
-        cell = 2 * np.minimum((SIDE_GROUPS * np.abs(rate) / fastest).astype(np.intp), SIDE_GROUPS - 1) + (rate > 0.0)
-        sizes = np.bincount(cell[~said.extrapolated], minlength=2 * SIDE_GROUPS)
-        known = (~said.extrapolated) & (sizes[cell] >= MIN_GROUP_SAMPLES)
+        rate, groups = samples.yaw_rate, 2 * SIDE_GROUPS
+        group = 2 * np.minimum((SIDE_GROUPS * np.abs(rate) / fastest).astype(np.intp), SIDE_GROUPS - 1) + (rate > 0.0)
+        group[said.extrapolated] = groups
+        sizes = np.bincount(group, minlength=groups + 1)[:groups]
         there = np.flatnonzero(sizes >= MIN_GROUP_SAMPLES)
         if there.size == 0:
             return self
-
-        def mean(values: Array) -> Array:
-            return np.asarray(np.bincount(cell[known], values[known], 2 * SIDE_GROUPS)[there] / sizes[there])
-
-        worth = independent_part(model.correlation)
-        noise = mean(said.noise**2) / (worth * sizes[there])
-        claimed = mean(said.doubt**2) / model.widening**2
-        square = np.minimum(mean(damping - said.damping) ** 2, MAX_GROUP_DEVIATIONS**2 * (noise + claimed))
+        mean = (group == there[:, None]) / sizes[there, None]  # of a value's samples, by a product
+        doubt = said.doubt
+        values = np.array((said.noise * said.noise, doubt * doubt, samples.damping - said.damping))
+        level, claim, error = mean.dot(values.T).T
+        noise = level / (independent_part(model.correlation) * sizes[there])
+        claimed = claim / model.widening**2
+        square = np.minimum(error * error, MAX_GROUP_DEVIATIONS**2 * (noise + claimed))
         before = min(self.groups, max(HORIZON_GROUPS - there.size, 0.0))
         kept = before / self.groups if self.groups else 0.0
         return Disagreement(
-            kept * self.excess + float((square - noise).sum()),
-            kept * self.claimed + float(claimed.sum()),
+            kept * self.excess + float(np.add.reduce(square - noise)),
+            kept * self.claimed + float(np.add.reduce(claimed)),
             before + there.size,
         )
-
-    def to_list(self) -> list[float]:
-        return [self.excess, self.claimed, self.groups]
-
-    @staticmethod
-    def from_list(data: Sequence[float]) -> Disagreement:
-        excess, claimed, groups = data
-        return Disagreement(excess, claimed, groups)

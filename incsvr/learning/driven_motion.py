@@ -20,9 +20,8 @@ Nothing is known of the vehicle here but Eq. 5, and a batch needs the last sampl
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -57,40 +56,22 @@ TAMING_ROUNDS = 3
 
 @dataclass(frozen=True, slots=True)
 class Recent:
-    """The last samples of earlier batches for the next one, fewer than WINDOW_SAMPLES.
+    """The last samples of earlier batches for the next one, fewer than WINDOW_SAMPLES."""
 
-    Attributes:
-        yaw_rate: (n,) [rad/s].
-        damping: (n,) [N m].
-    """
-
-    yaw_rate: Array
-    damping: Array
+    yaw_rate: Array  # (n,) [rad/s]
+    damping: Array  # (n,) [N m]
 
     @staticmethod
     def empty() -> Recent:
         return Recent(np.empty(0), np.empty(0))
 
-    def to_dict(self) -> dict[str, Any]:
-        return {"yaw_rate": self.yaw_rate.tolist(), "damping": self.damping.tolist()}
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Recent:
-        return Recent(*(np.array(data[name], dtype=np.float64) for name in ("yaw_rate", "damping")))
-
 
 class Sifted(NamedTuple):
-    """The driven samples of a batch.
+    """The driven samples of a batch."""
 
-    Attributes:
-        driven: (n,) which of its samples are evidence about damping.
-        yaw_rate: (n,) the rate at which each is [rad/s]: its own, or its window's mean.
-        recent: for the next batch.
-    """
-
-    driven: Mask
-    yaw_rate: Array
-    recent: Recent
+    driven: Mask  # (n,) which of its samples are evidence about damping
+    yaw_rate: Array  # (n,) the rate at which each is [rad/s]: its own, or its window's mean
+    recent: Recent  # for the next batch
 
 
 def sift(batch: Samples, recent: Recent) -> Sifted:
@@ -107,51 +88,51 @@ def sift(batch: Samples, recent: Recent) -> Sifted:
     rise = np.empty_like(r)
     rise[1:-1] = (r[2:] - r[:-2]) / 2.0
     rise[0], rise[-1] = r[1] - r[0], r[-1] - r[-2]
-    rates, moments, rises = windows(np.array((r, y, rise)), count)
-    motion = np.array((rates, rises))
-    apart = _without(motion, motion[::-1])
-    power = _power(apart)
-    slopes = (moments * apart).sum(axis=-1) / power
+    whole = windows(np.array((r, y, rise)), count)
+    rates, moments, rises = whole
+    motion = whole[::2]
+    power = _power(motion)
+    apart = motion - (np.vecdot(rates, rises) / power[::-1])[..., None] * motion[::-1]
+    apart_power = _power(apart)
+    slopes = np.vecdot(moments, apart) / apart_power
     for _ in range(TAMING_ROUNDS):
-        by_rate, by_rise = slopes[..., None] * motion
-        moments = _tamed(moments, by_rate + by_rise)
-        slopes = (moments * apart).sum(axis=-1) / power
+        moments = _tamed(moments, slopes[0][:, None] * rates + slopes[1][:, None] * rises)
+        slopes = np.vecdot(moments, apart) / apart_power
     worth = (count - 2) * independent_share(y - slopes[0] * r - slopes[1] * rise)
-    work, clear = _work(_without(moments, rises), apart[0], worth, CLEAR_WORK_T)
-    near = (windows(r, 3) ** 2).mean(axis=-1)
-    moves = near >= REST_MOTION_SHARE**2 * (rates * rates).mean(axis=-1)
-    whole = np.array((rates, moments, rises))
-    mean = whole.mean(axis=-1)
-    about = whole - mean[..., None]
-    about_rates, about_moments = _without(about[:2], about[2])
-    taken, told = _work(about_moments, about_rates, worth, HELD_MOTION_T)
-    held = told & (taken < 0.0)
+    whole[1] = moments
+    work, clear = _work(_without(moments, rises, power[1]), apart[0], worth, CLEAR_WORK_T)
+    near = windows(r, 3)
+    moves = np.vecdot(near, near) / 3.0 >= REST_MOTION_SHARE**2 / count * np.vecdot(rates, rates)
+    mean = np.add.reduce(whole, axis=-1) / count
+    whole -= mean[..., None]
+    left = _without(whole[:2], whole[2], _power(whole[2]))
+    taken, told = _work(left[1], left[0], worth, HELD_MOTION_T)
     new = slice(recent.yaw_rate.size, None)
-    driven, held = (clear & (work > 0.0) & moves)[new], held[new]
-    if driven.mean() > MIN_DRIVEN_SHARE:
-        driven, held = np.ones_like(driven), held & (held.mean() > HELD_TURNS_SHARE)
+    driven, held = (clear & (work > 0.0) & moves)[new], (told & (taken < 0.0))[new]
+    if np.count_nonzero(driven) > MIN_DRIVEN_SHARE * driven.size:
+        driven = np.ones_like(driven)
+        if np.count_nonzero(held) <= HELD_TURNS_SHARE * held.size:
+            return Sifted(driven, batch.yaw_rate, kept)
     return Sifted(driven, np.where(held, mean[0, new], batch.yaw_rate), kept)
 
 
-def _without(values: Array, others: Array) -> Array:
-    """(…, n, m) values of which what follows the others is taken, in each window."""
-    share = (values * others).sum(axis=-1) / _power(others)
-    return np.asarray(values - share[..., None] * others)
+def _without(values: Array, others: Array, power: Array) -> Array:
+    """(…, n, m) values of which what follows the others, of this power (n,), is taken, in each window."""
+    return np.asarray(values - (np.vecdot(values, others) / power)[..., None] * others)
 
 
 def _power(motion: Array) -> Array:
     """(…, n) sum of squares of each window; infinite where nothing moves: then nothing follows the motion."""
-    power = (motion * motion).sum(axis=-1)
+    power = np.vecdot(motion, motion)
     return np.where(power > 0.0, power, np.inf)
 
 
 def _work(moments: Array, rates: Array, worth: float, clearly: float) -> tuple[Array, Mask]:
     """(n,) the work of (n, m) moments over rates, and whether its Student's t is beyond ± clearly."""
-    work, motion, power = (
-        (one * other).sum(axis=-1) for one, other in ((moments, rates), (rates, rates), (moments, moments))
-    )
+    work = np.vecdot(moments, rates)
     # t² = worth (Σyr)² / (Σy² Σr² − (Σyr)²), without a division.
-    return work, worth * work * work > clearly**2 * (power * motion - work * work)
+    square = work * work
+    return work, worth * square > clearly**2 * (np.vecdot(rates, rates) * np.vecdot(moments, moments) - square)
 
 
 def _tamed(moments: Array, line: Array) -> Array:

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.learning.kernel import rbf, rbf_at_rest
+from incsvr.learning.columns import columns
+from incsvr.learning.kernel import rbf
 from incsvr.learning.solver.coordinate_descent import descend
-from incsvr.learning.solver.crossover import cross, edges
+from incsvr.learning.solver.crossover import cross
 from incsvr.learning.solver.duality_gap import Solution, certify
-from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
 from incsvr.learning.solver.interior_point import path
-from incsvr.learning.solver.matrix import Factored, Whole
+from incsvr.learning.solver.matrix import Matrix
 from incsvr.numerics import Array
 
-__all__ = ["Solution", "coordinate_descent", "solve"]
+__all__ = ["Solution", "coordinate_descent", "solve", "solve_columns"]
 
 MAX_INPUT_NORM = 1e30
 """Root of the sum of squares of any input, at most: nothing physical is as large, and no product of two overflows."""
@@ -45,16 +45,19 @@ def solve(
             factor of bounded rank.
     """
     x, y, bound, tube = _checked(x, y, gamma, C, epsilon)
+    return solve_columns(columns(x, gamma, vanishing) if y.size else np.empty((0, 0)), y, bound, tube)
+
+
+def solve_columns(phi: Array, y: Array, bound: Array, tube: Array) -> Solution:
+    """Solves Eq. 7 exactly for the kernel matrix φᵀφ.
+
+    Args:
+        phi: (rank, n) its columns at the samples.
+        y, bound, tube: (n,) damping, Cᵢ and εᵢ [N m], finite.
+    """
     best: Solution | None = None
     if (np.abs(y) > tube).any():
-        # Over several velocities the rank is near n.
-        whole = x.ndim == 2 and y.size <= MAX_WHOLE_SAMPLES
-        kernel = rbf_at_rest if vanishing else rbf
-        matrix = Whole(kernel(x, x, gamma)) if whole else Factored(factor(x, gamma, vanishing))
-        for theta in edges(matrix, y, bound, tube) if whole else ():
-            best = certify(theta, matrix.product(theta), y, bound, tube, 0)
-            if best.gap <= 2.0 * best.rounding:
-                return best
+        matrix = Matrix(phi)
         for iterate in path(matrix, y, bound, tube):
             crossed = cross(matrix, y, bound, tube, iterate.theta, iterate.between)
             for theta in (crossed, iterate.theta):

@@ -22,25 +22,19 @@ HORIZON_SAMPLES = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class Water:
-    """The motion that was no evidence: running means over all samples, to which driven samples add nothing.
+    """The motion that was no evidence: running means over all samples, to which driven samples add nothing."""
 
-    Attributes:
-        rate: mean r² of it [rad²/s²].
-        moment: mean y² of it [N² m²]: of about the water's own moment.
-        share: of the samples, in 0 to 1.
-        seen: samples that the means stand for.
-    """
-
-    rate: float = 0.0
-    moment: float = 0.0
-    share: float = 0.0
-    seen: float = 0.0
+    rate: float = 0.0  # mean r² of it [rad²/s²]
+    moment: float = 0.0  # mean y² of it [N² m²]: of about the water's own moment
+    share: float = 0.0  # of the samples, in 0 to 1
+    seen: float = 0.0  # samples that the means stand for
 
     def after(self, batch: Samples, driven: Mask) -> Water:
         """The means after a batch of n ≥ 1 samples."""
-        n = len(batch)
-        rate, moment = float((batch.yaw_rate**2) @ ~driven), float((batch.damping**2) @ ~driven)
-        count = float(np.count_nonzero(~driven))
+        n, rate, moment, count = len(batch), 0.0, 0.0, 0.0
+        if not driven.all():
+            rate, moment = float((batch.yaw_rate**2) @ ~driven), float((batch.damping**2) @ ~driven)
+            count = float(np.count_nonzero(~driven))
         known = min(self.seen, max(HORIZON_SAMPLES - n, 0.0))
         seen = known + n
         return Water(
@@ -50,29 +44,15 @@ class Water:
             seen,
         )
 
-    def to_list(self) -> list[float]:
-        return [self.rate, self.moment, self.share, self.seen]
-
-    @staticmethod
-    def from_list(data: Sequence[float]) -> Water:
-        rate, moment, share, seen = data
-        return Water(rate, moment, share, seen)
-
 
 @dataclass(frozen=True, slots=True)
 class Excitation:
-    """The share of some samples that is evidence about damping.
+    """The share of some samples that is evidence about damping."""
 
-    Attributes:
-        driven: samples whose motion the torque made.
-        samples: of all.
-        fastest: largest |r| among all [rad/s].
-        driven_rates: lowest and highest rate of the driven ones [rad/s]; None where there is none.
-    """
-
-    driven: int
-    samples: int
-    fastest: float
+    driven: int  # samples whose motion the torque made
+    samples: int  # of all
+    fastest: float  # largest |r| among all [rad/s]
+    # lowest and highest rate of the driven ones [rad/s]; None where there is none
     driven_rates: tuple[float, float] | None
 
     @staticmethod

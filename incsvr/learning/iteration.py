@@ -17,36 +17,24 @@ class Settings:
 
     The policy is not: "weighted" (policies/weighted.py) averages noise, and comes nearer to the truth in every scenario
     of `python -m benchmarks.paper`.
-
-    Attributes:
-        gamma: kernel width γ [(rad/s)⁻²].
-        C: bound on a vector's weight [N m].
-        epsilon: half height of the tube [N m].
-        capacity: how many support vectors may be served and carried into the next iteration.
-        batch: samples of one iteration.
-        near_rate, near_damping: a [rad/s], b [N m] of the inclusion.
-        bins: equal bins over `rate_range` for the forgetting (the paper does not give their number).
-        rate_range: the vehicle's lowest and highest yaw rate [rad/s].
-        policy: which samples are kept, "paper" (over one velocity) or "weighted".
-        solver: "exact", or "passes" of Eq. 8 with a warm start.
-        own: the axis's own velocity, as recordings call it.
-        others: further velocities that damping is learned over, channels of the samples; none by default.
-        fastest: of each of them, by which it is scaled, in its unit; those left out follow what was driven.
     """
 
-    gamma: float = 10.0
-    C: float = 1000.0
-    epsilon: float = 0.1
-    capacity: int = 60
-    batch: int = 50
-    near_rate: float = 0.01
+    gamma: float = 10.0  # kernel width γ [(rad/s)⁻²]
+    C: float = 1000.0  # bound on a vector's weight [N m]
+    epsilon: float = 0.1  # half height of the tube [N m]
+    capacity: int = 60  # how many support vectors may be served and carried into the next iteration
+    batch: int = 50  # samples of one iteration
+    near_rate: float = 0.01  # a [rad/s], b [N m] of the inclusion
     near_damping: float = 5.0
-    bins: int = 20
-    rate_range: tuple[float, float] = (-0.25, 0.25)
+    bins: int = 20  # equal bins over `rate_range` for the forgetting (the paper does not give their number)
+    rate_range: tuple[float, float] = (-0.25, 0.25)  # the vehicle's lowest and highest yaw rate [rad/s]
+    # which samples are kept, "paper" (over one velocity) or "weighted"
     policy: Literal["paper", "weighted"] = "weighted"
-    solver: Literal["exact", "passes"] = "exact"
-    own: str = "yaw_rate"
+    solver: Literal["exact", "passes"] = "exact"  # "exact", or "passes" of Eq. 8 with a warm start
+    own: str = "yaw_rate"  # the axis's own velocity, as recordings call it
+    # further velocities that damping is learned over, channels of the samples; none by default
     others: tuple[str, ...] = ()
+    # of each of them, by which it is scaled, in its unit; those left out follow what was driven
     fastest: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -68,38 +56,24 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Iteration:
-    """One iteration of Fig. 3 and all that Fig. 5–6 draw of it.
+    """One iteration of Fig. 3 and all that Fig. 5–6 draw of it."""
 
-    Attributes:
-        number: counts from 1.
-        time_span: time of the batch's first and last sample [s].
-        trained: False where nothing of the batch was learned: then the model is the one before.
-        old: vectors kept from before that were trained on.
-        new: samples of the batch that were trained on.
-        support: the vectors of the served model.
-        forgotten: vectors that the forgetting took away.
-        discarded_tube, discarded_near: samples of the batch that told nothing new: inside the tube, beside a vector.
-        outliers: what the outlier criterion took away.
-        model: what is served from now on.
-        progressive_mae: mean error of the batch under the curve that was served before it [N m]; None before one was.
-        undriven: samples of the batch that are no evidence about damping, because the torque did not make their motion.
-        change: a sentence when the policy noticed that the vehicle has changed, or took that back.
-    """
-
-    number: int
-    time_span: tuple[float, float]
-    trained: bool
-    old: Samples
-    new: Samples
-    support: Samples
-    forgotten: Samples
-    discarded_tube: Samples
+    number: int  # counts from 1
+    time_span: tuple[float, float]  # time of the batch's first and last sample [s]
+    trained: bool  # False where nothing of the batch was learned: then the model is the one before
+    old: Samples  # vectors kept from before that were trained on
+    new: Samples  # samples of the batch that were trained on
+    support: Samples  # the vectors of the served model
+    forgotten: Samples  # vectors that the forgetting took away
+    discarded_tube: Samples  # samples of the batch that told nothing new: inside the tube, beside a vector
     discarded_near: Samples
-    outliers: Samples
-    model: Model
+    outliers: Samples  # what the outlier criterion took away
+    model: Model  # what is served from now on
+    # mean error of the batch under the curve that was served before it [N m]; None before one was
     progressive_mae: float | None = None
+    # samples of the batch that are no evidence about damping, because the torque did not make their motion
     undriven: Samples = field(default_factory=Samples.empty)
-    change: str | None = None
+    change: str | None = None  # a sentence when the policy noticed that the vehicle has changed, or took that back
 
     @staticmethod
     def untrained(number: int, model: Model, support: Samples) -> Iteration:

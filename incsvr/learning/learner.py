@@ -31,6 +31,7 @@ from incsvr.learning.model import Model
 from incsvr.learning.plain_samples import columns_to_dict, others_to_dict, samples_from_dict
 from incsvr.learning.policies import paper, weighted
 from incsvr.learning.several_velocities.freeing import by_itself
+from incsvr.numerics.plain import from_plain, to_plain
 from incsvr.signals.samples import Samples
 
 __all__ = ["Iteration", "Settings", "State", "start", "step"]
@@ -44,14 +45,10 @@ BATCH_PARTS = 5
 
 @dataclass(frozen=True, slots=True)
 class Waiting:
-    """Samples that the torque made and that no policy has learned from yet.
+    """Samples that the torque made and that no policy has learned from yet."""
 
-    Attributes:
-        samples: (n,) of them.
-        place: (n,) where each stands in the stream, counted from the first sample of the next batch: negative.
-    """
-
-    samples: Samples
+    samples: Samples  # (n,) of them
+    # (n,) where each stands in the stream, counted from the first sample of the next batch: negative
     place: NDArray[np.intp]
 
     @staticmethod
@@ -60,7 +57,10 @@ class Waiting:
 
     def with_batch(self, samples: Samples, driven: Mask) -> Waiting:
         """These, and the driven ones of a batch of (m,) samples; counted from the first of this batch."""
-        place = np.concatenate((self.place, np.flatnonzero(driven)))
+        place = np.flatnonzero(driven)
+        if place.size == len(samples) and not len(self.samples):  # as most often
+            return Waiting(samples, place)
+        place = np.concatenate((self.place, place))
         return Waiting(Samples.concatenate((self.samples, samples.take(driven))), place)
 
     def to_dict(self) -> dict[str, Any]:
@@ -73,58 +73,36 @@ class Waiting:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """The memory of the learner between two iterations; its size is bounded by the settings.
+    """The memory of the learner between two iterations; its size is bounded by the settings."""
 
-    Attributes:
-        iterations: how many have been done.
-        model: what is served.
-        policy: whose memory it is.
-        memory: what the policy carries over.
-        recent: the last samples, for telling what the torque makes.
-        waiting: samples that the torque made, fewer than the policy learns from.
-        water: the motion that was no evidence.
-        disagreement: of fresh samples with what was served.
-    """
-
-    iterations: int
-    model: Model
-    policy: str
-    memory: Memory
-    recent: Recent
-    waiting: Waiting
-    water: Water
-    disagreement: Disagreement
+    iterations: int  # how many have been done
+    model: Model  # what is served
+    policy: str  # whose memory it is
+    memory: Memory  # what the policy carries over
+    recent: Recent  # the last samples, for telling what the torque makes
+    waiting: Waiting  # samples that the torque made, fewer than the policy learns from
+    water: Water  # the motion that was no evidence
+    disagreement: Disagreement  # of fresh samples with what was served
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for a file: numbers, strings, lists, dictionaries; exact to the bit through JSON."""
-        return {
-            "form": STATE_FORM,
-            "iterations": self.iterations,
-            "model": self.model.to_dict(),
-            "policy": self.policy,
-            "memory": self.memory.to_dict(),
-            "recent": self.recent.to_dict(),
-            "waiting": self.waiting.to_dict(),
-            "water": self.water.to_list(),
-            "disagreement": self.disagreement.to_list(),
-        }
+        fields = ("iterations", "model", "policy", "memory", "recent", "waiting", "water", "disagreement")
+        return {"form": STATE_FORM, **{name: to_plain(getattr(self, name)) for name in fields}}
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> State:
         if data.get("form") != STATE_FORM or data.get("policy") not in _POLICIES:
             raise BadInput("this is not a learner's state of this version; start from an empty state directory")
         policy = data["policy"]
-        memory = _POLICIES[policy].Memory.from_dict(data["memory"])
-        recent, waiting = Recent.from_dict(data["recent"]), Waiting.from_dict(data["waiting"])
         return State(
             data["iterations"],
-            Model.from_dict(data["model"]),
+            from_plain(Model, data["model"]),
             policy,
-            memory,
-            recent,
-            waiting,
-            Water.from_list(data["water"]),
-            Disagreement.from_list(data["disagreement"]),
+            from_plain(_POLICIES[policy].Memory, data["memory"]),
+            from_plain(Recent, data["recent"]),
+            from_plain(Waiting, data["waiting"]),
+            from_plain(Water, data["water"]),
+            from_plain(Disagreement, data["disagreement"]),
         )
 
 
@@ -168,7 +146,8 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
     fastest_others, served = state.memory.fastest, state.memory.served
     alone = by_itself(settings, fastest_others, served, batch, state.memory.noise)
     driven, rate, recent = sift(alone, state.recent)
-    waiting = state.waiting.with_batch(replace(batch, yaw_rate=rate), driven)
+    at = batch if rate is batch.yaw_rate else replace(batch, yaw_rate=rate)
+    waiting = state.waiting.with_batch(at, driven)
     water, disagreement = state.water.after(alone, driven), state.disagreement
     samples = waiting.samples
     said = before.at(batch) if before.is_trained else None
@@ -176,7 +155,9 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         predicted = before.learned(samples) if before.is_trained else None
         if said is not None:
             # Most often the samples are the batch: then it has been asked.
-            alike = np.array_equal(samples.time, batch.time) and np.array_equal(samples.yaw_rate, batch.yaw_rate)
+            alike = samples is batch or (
+                np.array_equal(samples.time, batch.time) and np.array_equal(samples.yaw_rate, batch.yaw_rate)
+            )
             of_samples = said if alike else before.at(samples)
             disagreement = disagreement.after(before, samples, of_samples, max(abs(end) for end in settings.rate_range))
         policy = _POLICIES[settings.policy]
@@ -200,8 +181,8 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         iteration,
         model=model,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
-        undriven=batch.take(~driven),
-        progressive_mae=None if said is None else float(np.mean(np.abs(said.damping - batch.damping))),
+        undriven=batch.take(slice(0, 0) if driven.all() else ~driven),
+        progressive_mae=None if said is None else float(np.abs(said.damping - batch.damping).sum()) / len(batch),
     )
     return State(number, model, state.policy, memory, recent, waiting, water, disagreement), iteration
 
@@ -214,10 +195,10 @@ def _checked(settings: Settings, state: State, batch: Samples) -> Samples:
     """
     if len(batch) == 0:
         raise BadInput("a batch needs at least one sample; wait for more before the next iteration")
-    if not np.isfinite(batch.yaw_rate).all() or not np.isfinite(batch.damping).all():
-        raise BadInput("a batch holds NaN or infinite samples; reject them before they reach the learner")
     for name, values in (("x", batch.yaw_rate), ("y", batch.damping)):
-        if np.abs(values).max() > MAX_INPUT_NORM:
+        if not values.dot(values) < MAX_INPUT_NORM**2:  # NaN compares as false
+            if not np.isfinite(values).all():
+                raise BadInput("a batch holds NaN or infinite samples; reject them before they reach the learner")
             raise BadInput(
                 f"{name} holds values beyond {MAX_INPUT_NORM:g}: reject such samples before they reach the learner"
             )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -11,48 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.learning.excitation import Water
 from incsvr.learning.kernel import rbf
-from incsvr.learning.prediction import Prediction, Table
-from incsvr.learning.several_velocities.surface import Several, Surface
-from incsvr.learning.spread import Spread
-from incsvr.learning.support_set import SupportSet
+from incsvr.learning.prediction import Curve, Prediction
+from incsvr.learning.several_velocities.surface import Surface
+from incsvr.learning.support import Support
 from incsvr.numerics import Array
+from incsvr.numerics.plain import fields_from_plain, fields_to_plain
 from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
-    """The ε-SVR without bias (no drag acts on a vehicle at rest), f(r) = Σ θⱼ κ(rⱼ, r) with θ = α − β.
-
-    Attributes:
-        gamma: kernel width γ [(rad/s)⁻²] of κ(x, z) = exp(−γ(x − z)²).
-        C, epsilon: bound on |θ| [N m] and half height of the tube [N m], as configured.
-        support_rate, support_damping, weight: (m,) the vectors [rad/s], [N m] and their θ [N m].
-        count: (m,) how many samples each vector stands for.
-        sigma: noise level of a damping sample [N m], over all rates.
-        certified_error: no exact solution differs from this one by more, at any rate [N m].
-        correlation: of the noise of two samples that follow each other.
-        water: the motion that was no evidence, because the water made it.
-        spread: how the noise follows the yaw rate.
-        widening: by how much fresh samples have disagreed with the curve, in its own doubt; at least 1.
-        several: the further velocities that damping was learned over; None where it was over the own one alone.
-    """
-
-    gamma: float
-    C: float
-    epsilon: float
-    support_rate: Array
-    support_damping: Array
-    weight: Array
-    count: Array
-    sigma: float
-    certified_error: float
-    correlation: float = 0.0
-    water: Water = field(default_factory=Water)
-    spread: Spread = field(default_factory=lambda: Spread(1.0))
-    widening: float = 1.0
-    several: Several | None = None
+class Model(Support):
+    """The ε-SVR without bias (no drag acts on a vehicle at rest), f(r) = Σ θⱼ κ(rⱼ, r) with θ = α − β."""
 
     @staticmethod
     def untrained(gamma: float, C: float, epsilon: float) -> Model:
@@ -80,7 +51,7 @@ class Model:
     @property
     def at_support(self) -> Array:
         """(m,) the bare sum f at the vectors [N m]."""
-        return self._support.curve
+        return self._curve.at_vectors
 
     def evaluate(self, rate: Array) -> Array:
         """The bare sum f(rate) [N m] at (n,) rates, without continuation: what training compares samples with."""
@@ -103,8 +74,17 @@ class Model:
         self._must_be_trained()
         rates = np.array(rate, dtype=np.float64, ndmin=1)
         if self.several is None:
-            return self._table.predict(rates)
+            return self._curve.predict(rates)
         return self._surface.predict(self.several.beside(rates))
+
+    def one(self, rate: float) -> tuple[float, float, bool, float, float] | None:
+        """Damping, sigma, extrapolated, noise and derivative at one learned rate [rad/s]; None where only `predict`
+        answers: where nothing is learned, outside the learned range, and of a model over several velocities."""
+        if self.several is not None or not self.is_trained:
+            return None
+        curve = self._curve
+        one = curve.one
+        return one(rate) if curve.low <= rate <= curve.high else None
 
     def at(self, samples: Samples) -> Prediction:
         """The prediction at the velocities of (n,) samples."""
@@ -125,63 +105,18 @@ class Model:
         if not self.is_trained:
             raise BadInput("nothing is learned yet; ask again after the first iteration")
 
-    @cached_property
-    def _surface(self) -> Surface:
-        assert self.several is not None
-        return Surface.of(self._support, self.several)
-
-    @cached_property
-    def _table(self) -> Table:
-        return Table.of(self._support)
-
-    @cached_property
-    def _support(self) -> SupportSet:
-        return SupportSet(
-            self.gamma,
-            self.support_rate,
-            self.support_damping,
-            self.weight,
-            self.count,
-            self.sigma,
-            self.correlation,
-            self.spread,
-            self.water,
-            self.widening,
-        )
-
     def to_dict(self) -> dict[str, Any]:
         """Plain data, exact to the bit through JSON."""
-        return {
-            "gamma": self.gamma,
-            "C": self.C,
-            "epsilon": self.epsilon,
-            "support_rate": self.support_rate.tolist(),
-            "support_damping": self.support_damping.tolist(),
-            "weight": self.weight.tolist(),
-            "count": self.count.tolist(),
-            "sigma": self.sigma if self.is_trained else None,
-            "certified_error": self.certified_error,
-            "correlation": self.correlation,
-            "water": self.water.to_list(),
-            "spread": self.spread.to_dict(),
-            "widening": self.widening,
-        } | ({} if self.several is None else {"several": self.several.to_dict()})
+        return fields_to_plain(self) | {"sigma": self.sigma if self.is_trained else None}
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Model:
-        names = ("support_rate", "support_damping", "weight", "count")
-        arrays = {name: np.array(data[name], dtype=np.float64) for name in names}
-        sigma = float("nan") if data["sigma"] is None else data["sigma"]
-        return Model(
-            data["gamma"],
-            data["C"],
-            data["epsilon"],
-            **arrays,
-            sigma=sigma,
-            certified_error=data["certified_error"],
-            correlation=data["correlation"],
-            water=Water.from_list(data["water"]),
-            spread=Spread.from_dict(data["spread"]),
-            widening=data["widening"],
-            several=Several.from_dict(data["several"]) if "several" in data else None,
-        )
+        return fields_from_plain(Model, {**data, "sigma": math.nan if data["sigma"] is None else data["sigma"]})
+
+    @cached_property
+    def _surface(self) -> Surface:
+        return Surface.of(self)
+
+    @cached_property
+    def _curve(self) -> Curve:
+        return Curve.of(self)

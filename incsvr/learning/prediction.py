@@ -1,50 +1,37 @@
-"""Answers from a model: damping, how sure it is, and whether it was learned there; from a table, in microseconds.
-
-The table is a cubic Hermite spline of the curve. With nodes h apart it is off by less than h⁴ max|f⁗|/384, and since
-|f⁗| ≤ ‖f‖ √1680 γ², NODE_DISTANCE_LENGTHS keeps that below 1e-5 N m for a curve of 1,000 N m.
-"""
+"""Answers from a model over one velocity: damping, how sure it is, and whether it was learned there."""
 
 from __future__ import annotations
 
+from bisect import bisect
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, sqrt
+from functools import cached_property
+from math import exp, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.learning.columns import Pivots, Series
 from incsvr.learning.continuation import Continuation
+from incsvr.learning.doubt import NOISE_SHARE, Doubt, variance_of
 from incsvr.learning.kernel import rbf
-from incsvr.learning.support_set import SupportSet
+from incsvr.learning.support import Support
 from incsvr.numerics import Array, lapack
 
-NODE_DISTANCE_LENGTHS = 0.015
-"""Distance of two nodes, in kernel lengths 1/√γ."""
-MAX_NODES = 4096
-"""Nodes of a table at most."""
-MIN_RANGE_RAD_S = 1e-9
-"""Width of a learned range below which it is one rate [rad/s]."""
 MAX_GAP_LENGTHS = 0.5
-"""Distance from the nearest vector beyond which a rate between vectors is not learned either, in kernel lengths."""
+"""Distance from the nearest vector beyond which a rate between vectors is not learned either, in lengths 1/√γ."""
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """Damping at some rates.
+    """Damping at some rates."""
 
-    Attributes:
-        damping: (n,) f(r) [N m].
-        sigma: (n,) standard deviation of one fresh sample about it [N m]: noise and doubt together.
-        extrapolated: (n,) whether the rate lies where nothing was learned.
-        noise: (n,) the samples' own deviation there [N m].
-        derivative: (n,) ∂f/∂r, with respect to the axis's own velocity [N m s/rad].
-    """
-
-    damping: Array
-    sigma: Array
-    extrapolated: NDArray[np.bool_]
-    noise: Array
-    derivative: Array
+    damping: Array  # (n,) f(r) [N m]
+    sigma: Array  # (n,) standard deviation of one fresh sample about it [N m]: noise and doubt together
+    extrapolated: NDArray[np.bool_]  # (n,) whether the rate lies where nothing was learned
+    noise: Array  # (n,) the samples' own deviation there [N m]
+    derivative: Array  # (n,) ∂f/∂r, with respect to the axis's own velocity [N m s/rad]
 
     @property
     def doubt(self) -> Array:
@@ -52,124 +39,134 @@ class Prediction:
         return np.asarray(np.sqrt(np.maximum(self.sigma**2 - self.noise**2, 0.0)))
 
 
-@dataclass(frozen=True, slots=True)
-class Table:
-    """A model made ready for questions.
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A model over one velocity made ready for questions: products with the kernel's columns φ."""
 
-    Attributes:
-        support: the vectors.
-        low, high: the learned range [rad/s].
-        scale, cells: nodes stand at low, low + 1/scale, …, low + cells/scale.
-        rows: (8, cells + 1): the cubic of each cell in u ∈ [0, 1), then sigma and its increase, then the noise and its
-            increase; the last node is a cell of its own.
-        thin: (cells + 1,) whether a cell is far from every vector; None where none is.
-        beyond: the curve outside.
-    """
-
-    support: SupportSet
-    low: float
+    model: Support  # the model
+    low: float  # the learned range [rad/s]
     high: float
-    scale: float
-    cells: int
-    rows: Array
-    thin: NDArray[np.bool_] | None
-    beyond: Continuation
+    columns: Series | Pivots  # of the kernel
+    phi: Array  # (rank, m) φ at the vectors
+    scale: float  # the largest damping of the vectors [N m]; never zero
+    variance: Array  # (m,) of the vectors [N² m²]
+    doubt: Doubt  # of the curve
 
     @staticmethod
-    def of(support: SupportSet) -> Table:
-        x = support.rate
+    def of(model: Support) -> Curve:
+        x, count = model.support_rate, model.count
         low, high = float(x.min()), float(x.max())
-        span = high - low
-        cells = min(max(ceil(span * sqrt(support.gamma) / NODE_DISTANCE_LENGTHS), 1), MAX_NODES)
-        h = span / cells if span > MIN_RANGE_RAD_S else 1.0
-        nodes = np.linspace(low, low + h * cells, cells + 1)
-        kernel = rbf(nodes, x, support.gamma)
-        f = kernel @ support.weight
-        slope = (-2.0 * support.gamma * h) * (nodes * f - kernel @ (support.weight * x))
-        following = np.append(slope[1:], 0.0)
-        doubt, noise = _doubt(support, nodes, kernel), support.sample_noise(nodes)
-        sigma = np.hypot(noise, doubt)
-        at_nodes = np.array((f, sigma, noise))
-        rise, increase, louder = np.diff(at_nodes, append=at_nodes[:, -1:])
-        rows = np.array(
-            (
-                f,
-                slope,
-                3.0 * rise - 2.0 * slope - following,
-                slope + following - 2.0 * rise,
-                sigma,
-                increase,
-                noise,
-                louder,
-            )
-        )
-        ordered = np.sort(x)
-        edges = 0.5 * (ordered[1:] + ordered[:-1])
-        nearest = ordered[np.searchsorted(edges, nodes)]
-        thin = np.abs(nodes - nearest) > MAX_GAP_LENGTHS / sqrt(support.gamma)
-        beyond = Continuation.fit(
-            x,
-            support.curve,
-            support.worth * support.count / np.maximum(support.noise, 1e-9) ** 2,
-            ends=(low, high),
-            at_ends=(float(f[0]), float(f[-1])),
-            doubt=(float(doubt[0]), float(doubt[-1])),
-        )
-        return Table(support, low, high, 1.0 / h, cells, rows, thin if thin.any() else None, beyond)
+        columns: Series | Pivots | None = Series.over(low, high, model.gamma)
+        if columns is not None:
+            phi = columns.at(x)
+        else:
+            columns, phi = Pivots.of(x, model.gamma, vanishing=False)
+        scale = max(float(np.abs(model.support_damping).max()), 1e-9)
+        variance = variance_of(model.sigma * model.spread.at(x), count, model.correlation, scale)
+        learned = float(count @ x**2) / float(count.sum())
+        doubt = Doubt.of(scale * phi, variance, learned, model.sigma, model.spread, model.water, model.widening)
+        return Curve(model, low, high, columns, phi, scale, variance, doubt)
+
+    @cached_property
+    def weights(self) -> Array:
+        """(2, rank) w = Φθ, f = wᵀφ, and the weights of the slope, f' = w'ᵀφ − 2γ(x − centre) f, of a series."""
+        w = np.zeros((2, self.phi.shape[0]))
+        w[0] = self.phi.dot(self.model.weight)
+        w[1, :-1] = np.sqrt(2.0 * self.model.gamma * np.arange(1.0, w.shape[1])) * w[0, 1:]
+        return w
+
+    @property
+    def at_vectors(self) -> Array:
+        """(m,) f at the vectors [N m]."""
+        return np.asarray(self.weights[0].dot(self.phi))
 
     def predict(self, rate: Array) -> Prediction:
         """The prediction at (n,) rates [rad/s]."""
         if rate.size == 1 and self.low <= (one := float(rate[0])) <= self.high:
-            return self._at(one)
+            return Prediction(*(np.array((value,)) for value in self.one(one)))
         inside = np.minimum(np.maximum(rate, self.low), self.high)
         outside = inside != rate
         beyond = bool(outside.any())
         if beyond and not np.isfinite(rate).all():
             raise BadInput("a rate is not finite; give numbers in rad/s")
-        place = np.minimum((inside - self.low) * self.scale, self.cells)
-        cell = place.astype(np.intp)
-        u = place - cell
-        f, slope, bend, twist, sigma, increase, noise, louder = self.rows.take(cell, axis=1)
-        damping = ((twist * u + bend) * u + slope) * u + f
-        derivative = ((3.0 * twist * u + 2.0 * bend) * u + slope) * self.scale
-        sigma, noise = increase * u + sigma, louder * u + noise
+        damping, derivative, doubt = self._within(inside)
         if beyond:
-            damping[outside], doubt = self.beyond.predict(rate[outside])
-            derivative[outside] = self.beyond.derivative(rate[outside])
-            noise[outside] = self.support.sample_noise(rate[outside])
-            sigma[outside] = np.hypot(noise[outside], doubt)
-        if self.thin is not None:
-            outside |= self.thin[cell]
-        return Prediction(damping, sigma, outside, noise, derivative)
+            ends = (values[outside] for values in (rate, inside, damping, doubt))
+            damping[outside], derivative[outside], doubt[outside] = self._beyond.predict(*ends)
+        if self._gaps:
+            ordered, edges, reach = self._gaps
+            outside |= np.abs(inside - ordered[edges.searchsorted(inside)]) > reach
+        noise = self.doubt.noise(rate)
+        return Prediction(damping, np.hypot(noise, doubt), outside, noise, derivative)
 
-    def _at(self, rate: float) -> Prediction:
-        """The prediction at one learned rate [rad/s], equal to the last bit: questions for one rate are frequent, and
-        the calls of NumPy cost ten times its arithmetic."""
-        place = min((rate - self.low) * self.scale, float(self.cells))
-        cell = int(place)
-        u = place - cell
-        f, slope, bend, twist, sigma, increase, noise, louder = self.rows[:, cell].tolist()
-        damping = ((twist * u + bend) * u + slope) * u + f
-        derivative = ((3.0 * twist * u + 2.0 * bend) * u + slope) * self.scale
-        outside = self.thin is not None and bool(self.thin[cell])
-        sigma, noise = increase * u + sigma, louder * u + noise
-        values = (np.array((value,)) for value in (damping, sigma, outside, noise, derivative))
-        return Prediction(*values)
+    def _within(self, x: Array) -> tuple[Array, Array, Array]:
+        """(n,) damping, derivative and doubt at (n,) learned rates."""
+        model, phi = self.model, self.columns.at(x)
+        if isinstance(self.columns, Series):
+            f, slope = self.weights.dot(phi)
+            derivative = slope - 2.0 * model.gamma * (x - self.columns.centre) * f
+            return f, derivative, self.doubt.at(x, self.scale * phi)
+        kernel = rbf(x, model.support_rate, model.gamma)
+        f = kernel @ model.weight
+        derivative = 2.0 * model.gamma * (kernel @ (model.weight * model.support_rate) - x * f)
+        left = self.scale**2 * np.maximum(1.0 - np.add.reduce(phi * phi, axis=0), 0.0)
+        return f, derivative, self.doubt.at(x, self.scale * phi, left)
 
+    @cached_property
+    def _gaps(self) -> tuple[Array, Array, float] | None:
+        """The vectors' rates in order, the middles between them, and how far from them is learned [rad/s]; None where
+        every rate within the range is near one."""
+        ordered, reach = np.sort(self.model.support_rate), MAX_GAP_LENGTHS / sqrt(self.model.gamma)
+        edges = 0.5 * (ordered[1:] + ordered[:-1])
+        return (ordered, edges, reach) if (np.diff(ordered) > 2.0 * reach).any() else None
 
-def _doubt(support: SupportSet, nodes: Array, kernel: Array) -> Array:
-    """Standard deviation of the curve at the nodes [N m].
+    @cached_property
+    def _beyond(self) -> Continuation:
+        return Continuation.fit(self.model.support_rate, self.at_vectors, 1.0 / self.variance)
 
-    That of a Gaussian process with the model's kernel, the curve's largest moment as its scale, and as much noise in
-    each vector as its samples leave; and what the support set adds to it.
+    @cached_property
+    def one(self) -> Callable[[float], tuple[float, float, bool, float, float]]:
+        """Damping, sigma, extrapolated, noise and derivative at one learned rate [rad/s], as plain numbers.
 
-    Args:
-        nodes: (k,) rates [rad/s].
-        kernel: (k, m) κ between them and the vectors.
-    """
-    scale = support.largest_damping
-    ratio = (np.maximum(support.noise, 1e-6 * scale) / scale) ** 2
-    gram = support.gram + np.diag(ratio / (support.worth * support.count))
-    solved = lapack.dpotrs(lapack.cholesky(gram), kernel.T)[0]
-    explained = (kernel.T * solved).sum(axis=0)
-    return support.doubt(scale**2 * np.maximum(1.0 - explained, 0.0), nodes)
+        Questions for one rate are frequent, and the calls of NumPy cost ten times its arithmetic: on a series all three
+        sums are polynomials of u = x − centre times exp(−γu²), or its square.
+        """
+        columns, doubt = self.columns, self.doubt
+        if not isinstance(columns, Series):
+
+            def by_columns(rate: float) -> tuple[float, float, bool, float, float]:
+                found = self.predict(np.array((rate, rate)))
+                return (
+                    *(float(found.damping[0]), float(found.sigma[0]), bool(found.extrapolated[0])),
+                    *(float(found.noise[0]), float(found.derivative[0])),
+                )
+
+            return by_columns
+        gamma, centre, powers = columns.gamma, columns.centre, np.cumprod(np.append(1.0, columns.factors))
+        rank = powers.size
+        inverse = lapack.dpotrs(doubt.factor, np.eye(rank))[0] * np.multiply.outer(powers, powers) * self.scale**2
+        degrees = np.add.outer(np.arange(rank), np.arange(rank)).ravel()
+        variances = np.bincount(degrees, inverse.ravel())[::-1].tolist()
+        curve = list(zip(*(self.weights * powers)[:, ::-1].tolist(), strict=True))
+        constant, slope_by_water, widening = doubt.systematic**2, doubt.slope, doubt.widening
+        level, (knots, fastest) = NOISE_SHARE * doubt.sigma, (doubt.spread.variance, doubt.spread.fastest)
+        last, gaps = len(knots) - 1, self._gaps
+        ordered, edges, reach = ([], [], 0.0) if gaps is None else (gaps[0].tolist(), gaps[1].tolist(), gaps[2])
+
+        def at(rate: float) -> tuple[float, float, bool, float, float]:
+            u = rate - centre
+            kernel = exp(-gamma * u * u)
+            f = slope = variance = 0.0
+            for of_f, of_slope in curve:
+                f, slope = f * u + of_f, slope * u + of_slope
+            for each in variances:
+                variance = variance * u + each
+            f, slope, variance = f * kernel, slope * kernel, variance * kernel * kernel
+            far = bool(ordered) and abs(rate - ordered[bisect(edges, rate)]) > reach
+            place = min(abs(rate) / fastest, 1.0) * last
+            knot = min(int(place), last - 1)
+            noise = level * sqrt(knots[knot] + (place - knot) * (knots[knot + 1] - knots[knot]))
+            own = widening * sqrt(max(variance, 0.0) + constant + (slope_by_water * rate) ** 2)
+            return f, sqrt(noise * noise + own * own), far, noise, slope - 2.0 * gamma * u * f
+
+        return at

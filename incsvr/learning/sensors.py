@@ -26,20 +26,14 @@ good."""
 
 @dataclass(frozen=True, slots=True)
 class Sensors:
-    """The verdict on the sensors of one recording.
+    """The verdict on the sensors of one recording."""
 
-    Attributes:
-        remarks: a sentence for each thing that a sensor or a clock does wrong.
-        of_the_model: a sentence for each thing by which the motion differs from what was learned until then; it may be
-            the vehicle's, a sensor's, or what a tracer looks for.
-        refusal: after which nothing is to be concluded from the recording; None where something is.
-        heading_reversed: the heading counts in the other direction than the yaw rate.
-    """
-
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...]  # a sentence for each thing that a sensor or a clock does wrong
+    # a sentence for each thing by which the motion differs from what was learned until then; it may be the vehicle's,
+    # a sensor's, or what a tracer looks for
     of_the_model: tuple[str, ...]
-    refusal: Finding | None
-    heading_reversed: bool
+    refusal: Finding | None  # after which nothing is to be concluded from the recording; None where something is
+    heading_reversed: bool  # the heading counts in the other direction than the yaw rate
 
 
 def examine(samples: Samples, settings: Settings, vehicle: Vehicle, coupled: bool = False) -> Sensors:

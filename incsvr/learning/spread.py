@@ -7,9 +7,7 @@ sides. What nobody has seen yet is as loud as the level says.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -23,23 +21,19 @@ HORIZON_SAMPLES = 100.0
 """Samples that each knot stands for, at most: some ten batches."""
 MAX_SAMPLE_DEVIATIONS = 2.5
 """Deviations that a sample counts for, at most: an outlier must not be the noise."""
+_KNOTS = np.arange(float(KNOT_COUNT))
 _CLIPPED_VARIANCE = 0.97750
 """Mean square of a normal deviate that is clipped at MAX_SAMPLE_DEVIATIONS."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """The noise's variance over the level's, by rate.
+    """The noise's variance over the level's, by rate."""
 
-    Attributes:
-        fastest: the vehicle's largest |r| [rad/s].
-        variance: (KNOT_COUNT,) at |r| from 0 to the fastest, as shares of the level's.
-        seen: (KNOT_COUNT,) samples that each stands for.
-    """
-
-    fastest: float
+    fastest: float  # the vehicle's largest |r| [rad/s]
+    # (KNOT_COUNT,) at |r| from 0 to the fastest, as shares of the level's
     variance: tuple[float, ...] = (1.0,) * KNOT_COUNT
-    seen: tuple[float, ...] = (PRIOR_SAMPLES,) * KNOT_COUNT
+    seen: tuple[float, ...] = (PRIOR_SAMPLES,) * KNOT_COUNT  # (KNOT_COUNT,) samples that each stands for
 
     @staticmethod
     def start(rate_range: tuple[float, float]) -> Spread:
@@ -58,8 +52,7 @@ class Spread:
 
     def at(self, rate: Array) -> Array:
         """(n,) standard deviation over the level's, at (n,) rates [rad/s]."""
-        knots = self.fastest / (KNOT_COUNT - 1) * np.arange(KNOT_COUNT)
-        return np.asarray(np.sqrt(np.interp(np.abs(rate), knots, self.variance)))
+        return np.asarray(np.sqrt(np.interp(np.abs(rate) * ((KNOT_COUNT - 1) / self.fastest), _KNOTS, self.variance)))
 
     def after(self, rate: Array, residual: Array, level: float) -> Spread:
         """The spread after n ≥ 1 further samples.
@@ -70,16 +63,9 @@ class Spread:
             level: the noise's standard deviation [N m], above 0.
         """
         place = np.minimum(np.abs(rate) / self.fastest, 1.0) * (KNOT_COUNT - 1)
-        near = np.maximum(1.0 - np.abs(place - np.arange(KNOT_COUNT)[:, None]), 0.0)
+        near = np.maximum(1.0 - np.abs(place - _KNOTS[:, None]), 0.0)
         square = np.minimum((residual / level) ** 2, (MAX_SAMPLE_DEVIATIONS * self.at(rate)) ** 2) / _CLIPPED_VARIANCE
         new, total = near.sum(axis=1), near @ square
         seen = np.minimum(np.array(self.seen), np.maximum(HORIZON_SAMPLES - new, 0.0))
         variance = (seen * np.array(self.variance) + total) / np.maximum(seen + new, 1e-12)
         return Spread(self.fastest, tuple(variance.tolist()), tuple((seen + new).tolist()))
-
-    def to_dict(self) -> dict[str, Any]:
-        return {"fastest": self.fastest, "variance": list(self.variance), "seen": list(self.seen)}
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Spread:
-        return Spread(data["fastest"], tuple(data["variance"]), tuple(data["seen"]))

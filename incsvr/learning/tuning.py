@@ -47,19 +47,13 @@ class Grid:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One point of the grid.
+    """One point of the grid."""
 
-    Attributes:
-        settings: with its C [N m], epsilon [N m] and gamma [(rad/s)⁻²].
-        every: mean absolute error on the batch left out after each training step, mean of all steps and batches [N m].
-        last: the same after the last step alone [N m].
-        spread: standard deviation of both over the batches left out [N m].
-    """
-
-    settings: Settings
+    settings: Settings  # with its C [N m], epsilon [N m] and gamma [(rad/s)⁻²]
+    # mean absolute error on the batch left out after each training step, mean of all steps and batches [N m]
     every: float
-    last: float
-    spread: tuple[float, float]
+    last: float  # the same after the last step alone [N m]
+    spread: tuple[float, float]  # standard deviation of both over the batches left out [N m]
 
     @property
     def point(self) -> tuple[float, float, float]:

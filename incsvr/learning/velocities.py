@@ -17,6 +17,8 @@ from incsvr.signals.samples import Samples
 
 def points(samples: Samples, others: Sequence[str]) -> Array:
     """(n, d) the own velocity and the others, in their units."""
+    if not others:
+        return samples.yaw_rate[:, None]
     return np.column_stack((samples.yaw_rate, *(samples.channels[name] for name in others)))
 
 
@@ -27,6 +29,8 @@ def samples_with(time: Array, velocity: Array, damping: Array, others: Sequence[
 
 def distances(x: Array, z: Array) -> Array:
     """(n, m) between (n, d) and (m, d) scaled velocities."""
+    if x.shape[1] == 1:
+        return np.asarray(np.abs(x - z[:, 0]))
     square = np.zeros((x.shape[0], z.shape[0]))
     for x_k, z_k in zip(x.T, z.T, strict=True):
         difference = np.subtract.outer(x_k, z_k)

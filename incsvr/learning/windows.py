@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.numerics import Array
 
@@ -14,6 +17,10 @@ def windows(streams: Array, count: int) -> Array:
         >>> windows(np.array([1.0, 2.0, 3.0, 4.0]), 3).tolist()
         [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [2.0, 3.0, 4.0], [2.0, 3.0, 4.0]]
     """
-    n = streams.shape[-1]
+    return np.asarray(streams.take(_places(streams.shape[-1], count), axis=-1))
+
+
+@lru_cache(maxsize=16)
+def _places(n: int, count: int) -> NDArray[np.intp]:
     first = np.minimum(np.maximum(np.arange(n) - count // 2, 0), n - count)
-    return np.asarray(streams.take(first[:, None] + np.arange(count), axis=-1))
+    return np.asarray(first[:, None] + np.arange(count))

@@ -57,6 +57,9 @@ class Arrived:
 class Subscriptions(Protocol):
     """Subscriptions of one learner, read from one thread alone."""
 
+    def waiting(self) -> float:
+        """The messages that wait to be read, as a part of those that may."""
+
     def read(self) -> Arrived:
         """The messages since the last call."""
 
@@ -79,6 +82,10 @@ class Feed:
         self.watched: defaultdict[str, list[Watcher]] = defaultdict(list)
         self.elsewhere: set[str] = set()
         self._waiting: list[list[Measurements]] = [[] for _ in subscriptions]
+
+    def waiting(self) -> float:
+        """The messages that wait to be read, as a part of those that may: 0 where there is nothing to do."""
+        return max(subscriptions.waiting() for subscriptions in self._subscriptions)
 
     def drain(self) -> bool:
         """Takes what has come, from one thread alone; True where a batch waits to be learned."""
@@ -176,6 +183,9 @@ class _Queue:
                 self._bytes -= self._waiting.popleft()[2]
                 refused("queue_full")
 
+    def __len__(self) -> int:
+        return len(self._waiting)
+
     def turn(self) -> Iterator[tuple[Any, Any, int]]:
         """The messages that are read before it is the next queue's turn: each with its payload and its size [bytes]."""
         read = 0
@@ -210,6 +220,11 @@ class Ingest:
             for key, name in ((keys.any_channel, None), (keys.torque, "torque"), (keys.rate, "yaw_rate"))
             if required or name is None
         ]
+
+    def waiting(self) -> float:
+        """Takes what came from the rings, and says how full the fullest of them would be."""
+        self._fill()
+        return max(map(len, self._queues)) / self._places
 
     def read(self) -> Arrived:
         """The measurements since the last call; all may be learned from."""

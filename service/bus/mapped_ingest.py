@@ -75,6 +75,10 @@ class Arrivals:
             )
             self._subscribers.append(bridges)
 
+    def waiting(self) -> float:
+        """What `take` would give, as a part of the messages that may wait."""
+        return (len(self._waiting) + len(self._tokens)) / self._most
+
     def take(self) -> Iterator[tuple[str, bytes, float]]:
         """Key, payload and time of arrival [s since 1970] of what came until now."""
         while self._tokens:
@@ -163,6 +167,10 @@ class MappedIngest:
         most_bytes = PLACES_FACTOR * max(QUEUE_BYTES // learners, MAX_PAYLOAD_BYTES + MESSAGE_OVERHEAD_BYTES)
         waiting = PLACES_FACTOR * places(learners)
         self._arrivals = Arrivals(session, self.mapper, watch.add_refusal, waiting, most_bytes, archive)
+
+    def waiting(self) -> float:
+        """The messages that wait to be read, as a part of those that may."""
+        return self._arrivals.waiting()
 
     def read(self) -> Arrived:
         """The measurements since the last call; they may be learned from while the vehicle is armed."""

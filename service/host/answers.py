@@ -15,7 +15,7 @@ from importlib import import_module
 from typing import Any
 
 import zenoh
-from zenoh.handlers import RingChannel
+from zenoh.handlers import Callback, RingChannel
 
 from incsvr.errors import BadInput
 from service import wire
@@ -45,7 +45,7 @@ MAX_REPORT_BYTES = 400_000
 FEEDFORWARD_MODULE = "incsvr.compensation.feedforward"
 """The module that feed-forward needs: with the catalogue of effects it brings 688 modules and 66 MB, 2 s of work."""
 _LOADED = threading.Event()
-"""Set once it is loaded, by whichever learner of the process was asked first."""
+"""Set once its loading has ended, for whichever learner of the process was asked first."""
 
 Answer = Callable[[zenoh.Query], bytes]
 
@@ -63,16 +63,15 @@ class Answers:
             keys.damping, RingChannel(DAMPING_RING_PLACES), complete=True
         )
         self._damping_key, self._feedforward_key = keys.damping, keys.feedforward
+        self._wake: Callable[[], None] = lambda: None
         self._from_history: deque[zenoh.Query] = deque(maxlen=SLOW_RING_PLACES)
         #: Loads what feed-forward needs when somebody asks for it first, while others are answered.
-        self._loader = threading.Thread(target=_load, name="load", daemon=True)
+        self._loader = threading.Thread(target=self._load, name="load", daemon=True)
         self._until_loaded: deque[zenoh.Query] = deque(maxlen=SLOW_RING_PLACES)
         #: What an operator decides, each in a queryable of its own: access control sees a question's key alone.
         decisions: dict[OperatorVerb, str] = {"promote": keys.promote, "withdraw": keys.withdraw}
-        self._decisions: list[tuple[OperatorVerb, str, Any]] = [
-            (verb, key, session.declare_queryable(key, RingChannel(SLOW_RING_PLACES), complete=True))
-            for verb, key in decisions.items()
-        ]
+        self._queryables: list[Any] = []
+        self._decisions = [(verb, key, self._declared(session, key)) for verb, key in decisions.items()]
         self._waiting_decisions: deque[tuple[OperatorVerb, str, zenoh.Query]] = deque(maxlen=SLOW_RING_PLACES)
         self._thread = threading.Thread(target=self._serve_damping, name=keys.damping, daemon=True)
         self._thread.start()
@@ -85,10 +84,23 @@ class Answers:
             keys.forecast: self._forecast,
             keys.feedforward: self._feedforward,
         }
-        self._rings: list[tuple[str, Any, Answer]] = [
-            (key, session.declare_queryable(key, RingChannel(SLOW_RING_PLACES), complete=True), answer)
-            for key, answer in answers.items()
-        ]
+        self._questions = [(key, self._declared(session, key), answer) for key, answer in answers.items()]
+
+    def when_asked(self, wake: Callable[[], None]) -> None:
+        """Sets what is called for each question that waits for `answer`."""
+        self._wake = wake
+        wake()  # one may have come before
+
+    def _declared(self, session: zenoh.Session, key: str) -> deque[zenoh.Query]:
+        """The questions for a key as they come, the last of them."""
+        waiting: deque[zenoh.Query] = deque(maxlen=SLOW_RING_PLACES)
+
+        def asked(query: zenoh.Query) -> None:
+            waiting.append(query)
+            self._wake()
+
+        self._queryables.append(session.declare_queryable(key, Callback(asked, indirect=False), complete=True))
+        return waiting
 
     def answer(self) -> bool:
         """Answers the waiting questions for anything but the served damping, from one thread alone.
@@ -96,10 +108,9 @@ class Answers:
         Returns:
             whether an operator waits for `decide`.
         """
-        for verb, key, ring in self._decisions:
-            while (query := ring.try_recv()) is not None:
-                self._waiting_decisions.append((verb, key, query))
-            del query
+        for verb, key, asked in self._decisions:
+            while asked:
+                self._waiting_decisions.append((verb, key, asked.popleft()))
         self._answer_all()
         return bool(self._waiting_decisions)
 
@@ -114,16 +125,14 @@ class Answers:
         # One of each in turn: whoever asks without a pause does not keep the others waiting.
         for _ in range(DAMPING_RING_PLACES):
             answered = False
-            for key, ring, answer in self._rings:
-                query = ring.try_recv()
-                if query is not None and answer == self._feedforward and not _LOADED.is_set():
-                    self._load_for(query)
-                elif query is not None:
-                    self._reply(query, key, answer)
+            # A query is finished when it is dropped: no name is bound to it here, which would hold it until the next.
+            for key, asked, answer in self._questions:
+                if asked and answer == self._feedforward and not _LOADED.is_set():
+                    self._load_for(asked.popleft())
+                elif asked:
+                    self._reply(asked.popleft(), key, answer)
                     answered = True
-                # A query is finished when it is dropped: leaving the name bound would hold it until the next one.
-                del query
-            if self._until_loaded and not self._loader.is_alive():
+            if self._until_loaded and _LOADED.is_set():
                 self._reply(self._until_loaded.popleft(), self._feedforward_key, self._feedforward)
                 answered = True
             if self._from_history:
@@ -131,6 +140,7 @@ class Answers:
                 answered = True
             if not answered:
                 return
+        self._wake()  # more wait
 
     def _load_for(self, query: zenoh.Query) -> None:
         """Keeps a question for feed-forward until what it needs is loaded."""
@@ -138,9 +148,16 @@ class Answers:
         if self._loader.ident is None:
             self._loader.start()
 
+    def _load(self) -> None:
+        try:
+            import_module(FEEDFORWARD_MODULE)
+        finally:
+            _LOADED.set()
+            self._wake()
+
     def close(self) -> None:
-        for ring in (*(ring for _, ring, _ in self._rings), *(ring for _, _, ring in self._decisions)):
-            ring.undeclare()
+        for queryable in self._queryables:
+            queryable.undeclare()
         self._damping_ring.undeclare()
         self._thread.join(timeout=1.0)
 
@@ -154,6 +171,7 @@ class Answers:
             given = query.parameters
             if given.get("at") is not None or given.get("revision") is not None:
                 self._from_history.append(query)
+                self._wake()
             else:
                 self._reply(query, self._damping_key, self._damping)
             del query
@@ -177,6 +195,10 @@ class Answers:
             log.warning("an answer to %s could not be sent: %s", key, error)
 
     def _damping(self, query: zenoh.Query) -> bytes:
+        if query.payload is None:
+            answer = self._node.served.reply_to(str(query.parameters))
+            if answer is not None:
+                return answer
         asked = questions.parameters(query, *self._velocities, "at", "revision")
         return wire.encode(self._node.predict(self._damping_query(query, asked)))
 
@@ -251,11 +273,6 @@ class Answers:
         if "at" in asked:
             return self._history.at(questions.number("at", asked["at"]))
         return self._history.revision(questions.whole_number("revision", asked["revision"], 2**62))
-
-
-def _load() -> None:
-    import_module(FEEDFORWARD_MODULE)
-    _LOADED.set()
 
 
 def _decision(decided: Callable[[OperatorVerb, str], bytes], verb: OperatorVerb, query: zenoh.Query) -> bytes:

@@ -1,14 +1,15 @@
 """The threads of the learner's process: few, however many learners it holds, for threads that wait for each other cost.
 
 One takes measurements in, one trains, one answers for models and health, one watches over health; damping is answered
-by a thread of each learner. A measurement waits POLL_PERIOD_S at most, which is nothing to a batch of samples; the
-damping does not wait.
+by a thread of each learner. A measurement waits READ_PERIOD_S at most, which is nothing to a batch of samples; a
+question does not wait.
 """
 
 from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from types import TracebackType
@@ -88,8 +89,12 @@ def _send(host: Host, stream: str, other: Host, name: str) -> None:
 
 log = logging.getLogger(__name__)
 
-POLL_PERIOD_S = 0.05
-"""The time after which measurements are taken in, and questions for history looked at, again [s]."""
+READ_PERIOD_S = 0.25
+"""The time after which measurements are read again [s]: the cost lies in the calls, whatever they bring."""
+LOOK_PERIOD_S = 0.05
+"""The time after which it is looked at whether so many wait that they are read earlier [s]."""
+MANY_WAITING = 0.5
+"""Part of a ring from which on they are."""
 HEALTH_CHECK_PERIOD_S = 0.5
 """The time after which health is looked at again [s]."""
 
@@ -108,7 +113,9 @@ class WorkerThreads:
     ) -> None:
         self._hosts, self._stroke, self._period = hosts, stroke, period
         share_streams(hosts)
-        self._stop, self._batch = threading.Event(), threading.Event()
+        self._stop, self._batch, self._asked = threading.Event(), threading.Event(), threading.Event()
+        for host in hosts:
+            host.answers.when_asked(self._asked.set)
         self._threads = [
             threading.Thread(target=work, name=work.__name__.strip("_"), daemon=True)
             for work in (self._take_in, self._train, self._answer, self._watch)
@@ -123,15 +130,21 @@ class WorkerThreads:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._each(Host.goodbye)
+        self._each(Host.goodbye, self._hosts)
         self._stop.set()
         self._batch.set()
+        self._asked.set()
         for thread in self._threads:
             thread.join()
-        self._each(lambda host: host.feed.hear())
-        self._each(Host.close)
+        self._each(lambda host: host.feed.hear(), self._hosts)
+        self._each(Host.close, self._hosts)
 
     def _take_in(self) -> None:
+        waiting: dict[Host, float] = {}
+
+        def look(host: Host) -> None:
+            waiting[host] = host.feed.waiting()
+
         def hear(host: Host) -> None:
             if host.feed.hear():
                 self._batch.set()
@@ -140,10 +153,17 @@ class WorkerThreads:
             if host.feed.learn():
                 self._batch.set()
 
-        while not self._stop.wait(POLL_PERIOD_S):
+        due = time.monotonic() + READ_PERIOD_S
+        while not self._stop.wait(LOOK_PERIOD_S):
+            waiting.clear()
+            self._each(look, self._hosts)
+            if time.monotonic() < due and max(waiting.values(), default=0.0) < MANY_WAITING:
+                continue
+            due = time.monotonic() + READ_PERIOD_S
+            visited = [host for host, part in waiting.items() if part]
             # What one hears may be another's, too: each is told all of it before its samples are made.
-            self._each(hear)
-            self._each(learn)
+            self._each(hear, visited)
+            self._each(learn, visited)
 
     def _train(self) -> None:
         while not self._stop.is_set():
@@ -169,8 +189,10 @@ class WorkerThreads:
             if host.answers.answer():
                 self._batch.set()
 
-        while not self._stop.wait(POLL_PERIOD_S):
-            self._each(answer)
+        while not self._stop.is_set():
+            self._asked.wait()
+            self._asked.clear()
+            self._each(answer, self._hosts)
 
     def _watch(self) -> None:
         def tick(host: Host) -> None:
@@ -178,11 +200,11 @@ class WorkerThreads:
                 self._batch.set()
 
         while not self._stop.wait(HEALTH_CHECK_PERIOD_S):
-            self._each(tick)
+            self._each(tick, self._hosts)
 
-    def _each(self, work: Callable[[Host], object]) -> None:
-        """Does it for every learner; what fails for one is said and does not end the work for the others."""
-        for host in self._hosts:
+    def _each(self, work: Callable[[Host], object], hosts: Sequence[Host]) -> None:
+        """Does it for these learners; what fails for one is said and does not end the work for the others."""
+        for host in hosts:
             try:
                 work(host)
             except Exception:

@@ -25,7 +25,7 @@ class NothingLearned(BadInput):
     """There is no model yet."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class ServedModel:
     """The model that queries are answered from; replaced as a whole."""
 
@@ -34,6 +34,26 @@ class ServedModel:
     iteration: int
     t: float | None  # the vehicle's time of the newest sample in it [s]
     effects: tuple[dict[str, Any], ...] = ()  # in force
+
+    def reply_to(self, parameters: str) -> bytes | None:
+        """The reply to `rate=` and one learned rate, the most frequent question, in a tenth of the time of
+        `damping_reply`; None where that is to answer."""
+        if not parameters.startswith("rate=") or "_" in parameters:
+            return None
+        try:
+            rate = float(parameters[5:])
+        except ValueError:
+            return None
+        found = self.model.one(rate)
+        if found is None:
+            return None
+        damping, sigma, extrapolated, noise, derivative = found
+        doubt = math.sqrt(max(sigma * sigma - noise * noise, 0.0))
+        return (
+            f'{{"rate":[{rate!r}],"damping":[{damping!r}],"sigma":[{sigma!r}],'
+            f'"extrapolated":[{"true" if extrapolated else "false"}],"iteration":{self.iteration},'
+            f'"revision":{self.revision},"doubt":[{doubt!r}],"derivative":[{derivative!r}]}}'
+        ).encode()
 
 
 def check_trained(model: Model) -> None:

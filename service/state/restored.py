@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -65,7 +65,7 @@ def restore(memory: Mapping[str, Any] | None, settings: Settings) -> RestoredMem
     _check_model(state.model, settings)
     if guarded.before is not None:
         _check_model(guarded.before.model, settings)
-    if min(state.water.to_list()) < 0.0 or state.recent.yaw_rate.size >= WINDOW_SAMPLES:
+    if min(astuple(state.water)) < 0.0 or state.recent.yaw_rate.size >= WINDOW_SAMPLES:
         raise BadInput("its record of what moves the vehicle is invalid")
     if min(state.disagreement.claimed, state.disagreement.groups) < 0.0:
         raise BadInput("its record of disagreement is invalid")
@@ -102,7 +102,7 @@ def _check_model(model: Model, settings: Settings) -> None:
         np.abs(model.weight) > settings.C * model.count * (1.0 + WEIGHT_ROUNDING_PART)
     ).any():
         raise BadInput("its model contains a weight beyond C times its number of samples")
-    if not 0.0 <= model.correlation < 1.0 or min(model.water.to_list()) < 0.0:
+    if not 0.0 <= model.correlation < 1.0 or min(astuple(model.water)) < 0.0:
         raise BadInput("its model contains an invalid noise")
     if not model.spread.possible or not 1.0 <= model.widening < math.inf:
         raise BadInput("its model contains an invalid uncertainty")

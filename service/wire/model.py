@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
-from incsvr.learning.several_velocities.surface import Several
+from incsvr.learning.several_velocities.several import Several
 from incsvr.learning.spread import KNOT_COUNT, PRIOR_SAMPLES, Spread
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from service.wire.form import Form, Numbers, WithNoise

@@ -83,7 +83,7 @@ Seconds = Annotated[float, Field(gt=0.0, le=1e6)]
 class Section(BaseModel):
     """A part of the configuration: unknown names are refused, because they are misspelt ones."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     @field_validator("*", mode="before")
     @classmethod

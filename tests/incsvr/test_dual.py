@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 from benchmarks.learner_times import yaw_samples
 from incsvr.errors import BadInput
-from incsvr.learning import dual
+from incsvr.learning import columns, dual
 from incsvr.learning.kernel import rbf
-from incsvr.learning.solver import factor
 from incsvr.numerics import Array
 
 PAPER: dict[str, Any] = {"gamma": 10.0, "C": 1000.0, "epsilon": 0.1}
@@ -76,7 +75,7 @@ def test_samples_with_too_little_in_common_are_refused_before_memory_grows(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     x = np.linspace(0.0, 1e6, 1500)
-    monkeypatch.setattr(factor, "MAX_COLUMNS", 50)
+    monkeypatch.setattr(columns, "MAX_COLUMNS", 50)
     with pytest.raises(BadInput, match="lower gamma or take at most 50 samples"):
         dual.solve(x, np.sin(x), **PAPER)
     assert dual.solve(x[:300] * 1e-5, np.sin(x[:300]), **PAPER).certified_error < 0.01

@@ -1,4 +1,4 @@
-"""What is served: the table against the sum, doubt, extrapolation and what lies beyond."""
+"""What is served: the columns against the sum, doubt, extrapolation and what lies beyond."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from incsvr.errors import BadInput
 from incsvr.learning.dual import solve
+from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
@@ -28,25 +29,41 @@ def learned() -> Model:
 
 
 @given(st.integers(1, 40), st.floats(0.1, 1000.0), st.integers(0, 1000))
-def test_the_table_is_the_sum_for_any_model(n: int, gamma: float, seed: int) -> None:
+def test_the_curve_is_the_sum_for_any_model(n: int, gamma: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
     rate = rng.uniform(-0.25, 0.25, n)
     model = model_of(rate, drag(rate) + 4.0 * rng.normal(size=n), gamma=gamma)
     at = np.append(rng.uniform(rate.min(), rate.max(), 50), [rate.min(), rate.max()])
-    np.testing.assert_allclose(model.predict(at).damping, model.evaluate(at), atol=1e-4)
+    bare = model.evaluate(at)
+    np.testing.assert_allclose(model.predict(at).damping, bare, atol=1e-6 * np.abs(bare).max())
 
 
-def test_one_rate_and_many_give_the_same(learned: Model) -> None:
+@pytest.mark.parametrize("gamma", [30.0, 900.0])
+def test_one_rate_and_many_give_the_same(gamma: float) -> None:
+    """A gap is among them, and a kernel whose series has too many terms."""
+    rate = np.append(np.linspace(-0.25, -0.02, 20), 0.2)
+    model = model_of(rate, drag(rate), gamma=gamma)
     rates = np.linspace(-0.4, 0.4, 81)
-    many = learned.predict(rates)
-    for k, rate in enumerate(rates.tolist()):
-        one = learned.predict(rate)
-        assert (one.damping[0], one.sigma[0], one.extrapolated[0], one.derivative[0]) == (
-            many.damping[k],
-            many.sigma[k],
-            many.extrapolated[k],
-            many.derivative[k],
-        )
+    many = model.predict(rates)
+    assert many.extrapolated[(rates > -0.02) & (rates < 0.2)].any()
+    for k, rate_k in enumerate(rates.tolist()):
+        one = model.predict(rate_k)
+        for name in ("damping", "sigma", "noise", "doubt", "derivative"):
+            assert getattr(one, name)[0] == pytest.approx(getattr(many, name)[k], rel=1e-9, abs=1e-9)
+        assert one.extrapolated[0] == many.extrapolated[k]
+
+
+def test_the_doubt_is_that_of_the_gaussian_process(learned: Model) -> None:
+    """Beside K + D whole, as the textbook has it."""
+    x, rates = learned.support_rate, np.linspace(*(learned.trained_range or (0.0, 0.0)), 50)
+    scale = np.abs(learned.support_damping).max()
+    noise = learned.sigma * learned.spread.at(x)
+    worth = (1.0 - learned.correlation) / (1.0 + learned.correlation) * 2.0 / np.pi
+    whole, cross = (scale**2 * rbf(each, x, learned.gamma) for each in (x, rates))
+    explained = np.sum(cross * np.linalg.solve(whole + np.diag(noise**2 / (worth * learned.count)), cross.T).T, axis=1)
+    known = learned.widening * np.sqrt(scale**2 - explained + (0.3 * learned.sigma) ** 2)
+    assert learned.water.moment == 0.0
+    np.testing.assert_allclose(learned.predict(rates).doubt, known, rtol=1e-6)
 
 
 @pytest.mark.parametrize("low", [-0.25, 0.05])

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from incsvr.learning.criteria import forgetting
 from incsvr.learning.dual import solve
+from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings, State, start, step
 from incsvr.learning.policies.paper import Memory
 from incsvr.signals.samples import Samples
@@ -106,7 +107,8 @@ def test_what_is_served_is_solved_on_what_is_kept_and_never_a_pruned_sum() -> No
         memory, model = iteration_state.memory, iteration_state.model
         assert isinstance(memory, Memory)
         again = solve(model.support_rate, model.support_damping, gamma=PAPER.gamma, C=PAPER.C, epsilon=PAPER.epsilon)
-        np.testing.assert_array_equal(model.weight, again.weight)
+        solved = rbf(rates, model.support_rate, PAPER.gamma) @ again.weight
+        assert np.abs(model.evaluate(rates) - solved).max() <= model.certified_error + again.certified_error < 0.01
         if not memory.stays.all():
             rate, weight = memory.vectors.yaw_rate[memory.stays], memory.weight[memory.stays]
             pruned = np.exp(-PAPER.gamma * np.subtract.outer(rates, rate) ** 2) @ weight

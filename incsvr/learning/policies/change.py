@@ -18,9 +18,9 @@ factor adds it up over the last one, two and four batches. Under H1 the correcti
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,31 +42,12 @@ ALARM_LOG_ODDS = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """The evidence of some samples about the correction.
+    """The evidence of some samples about the correction."""
 
-    Attributes:
-        information: A (p, p).
-        score: v (p,).
-        square: eᵀΣ⁻¹e.
-        reach: largest |r| among them [rad/s].
-    """
-
-    information: Array
-    score: Array
-    square: float
-    reach: float
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "information": self.information.tolist(),
-            "score": self.score.tolist(),
-            "square": self.square,
-            "reach": self.reach,
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Evidence:
-        return Evidence(np.array(data["information"]), np.array(data["score"]), data["square"], data["reach"])
+    information: Array  # A (p, p)
+    score: Array  # v (p,)
+    square: float  # eᵀΣ⁻¹e
+    reach: float  # largest |r| among them [rad/s]
 
 
 def features(u: Array, curve: Array) -> Array:
@@ -139,11 +120,11 @@ def weigh(recent: Sequence[Evidence], held: Array, free: Array) -> Verdict:
     """
     windows = [together(recent[-count:]) for count in WINDOW_BATCHES if count <= len(recent)]
     # All windows, and none, under both hypotheses at once: for matrices this small the calls are what costs.
-    information = np.array([np.zeros_like(free), *(window.information for window in windows)])
-    informed = information[:, None] + np.array((held, free))
+    precision = np.array((held, free))
+    informed = np.array([window.information for window in windows])[:, None] + precision
     score = np.array([window.score for window in windows])[:, None, :, None]
-    pull = (score * np.linalg.solve(informed[1:], score)).sum(axis=(2, 3))
-    size = np.linalg.slogdet(informed)[1]
+    pull = (score * np.linalg.solve(informed, score)).sum(axis=(2, 3))
+    size = np.linalg.slogdet(np.concatenate((precision, informed.reshape(-1, *free.shape))))[1].reshape(-1, 2)
     surprises = 0.5 * (size[1:] - size[0] - pull)  # without the square, which is the same for both
     factors = (surprises[:, 0] - surprises[:, 1]).tolist()
     best = factors.index(max(factors))

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import exp, log
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,18 +25,12 @@ class Noise:
 
     The level is the mean of the logarithm of each batch's robust variance. So outliers do not move it, and after ten
     quiet batches nobody remembers a loud one, which would dominate a mean of variances.
-
-    Attributes:
-        variance: σ² of a sample about the curve [N² m²].
-        correlation: ρ of two samples that follow each other, in [0, 0.95].
-        seen: samples that the means stand for; 0 before the first batch.
-        spread: how the noise follows the yaw rate.
     """
 
-    spread: Spread
-    variance: float = 1.0
-    correlation: float = 0.0
-    seen: float = 0.0
+    spread: Spread  # how the noise follows the yaw rate
+    variance: float = 1.0  # σ² of a sample about the curve [N² m²]
+    correlation: float = 0.0  # ρ of two samples that follow each other, in [0, 0.95]
+    seen: float = 0.0  # samples that the means stand for; 0 before the first batch
 
     @staticmethod
     def start(rate_range: tuple[float, float]) -> Noise:
@@ -76,15 +68,3 @@ class Noise:
         correlation = (1.0 - share) * self.correlation + share * colour
         spread = self.spread.after(rate, residual, variance**0.5)
         return Noise(spread, variance, min(max(correlation, 0.0), MAX_CORRELATION), seen + n)
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "spread": self.spread.to_dict(),
-            "variance": self.variance,
-            "correlation": self.correlation,
-            "seen": self.seen,
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Noise:
-        return Noise(Spread.from_dict(data["spread"]), data["variance"], data["correlation"], data["seen"])

@@ -11,42 +11,38 @@ It learns over one velocity, as the paper does.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.learning.columns import columns
 from incsvr.learning.criteria import Mask, forgetting, inclusion, outliers
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.plain_samples import columns_to_dict, samples_from_dict
 from incsvr.learning.policies.noise import Noise
-from incsvr.learning.policies.training import Problem, fastest_of, model_of, train
+from incsvr.learning.policies.training import fastest_of, trained
 from incsvr.numerics import Array
+from incsvr.numerics.plain import from_plain, to_plain
 from incsvr.signals.samples import Samples
 
 MIN_WEIGHT_SHARE = 1e-9
 """Share of C below which a weight is zero."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Memory:
-    """The memory of the paper's policy between two iterations.
+    """The memory of the paper's policy between two iterations."""
 
-    Attributes:
-        vectors: (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch.
-        weight: (n,) their θ [N m].
-        stays: (n,) those that the next iteration's forgetting keeps: what is served.
-        noise: of the samples about the curve.
-    """
+    vectors: Samples  # (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch
+    weight: Array  # (n,) their θ [N m]
+    stays: Mask  # (n,) those that the next iteration's forgetting keeps: what is served
+    noise: Noise  # of the samples about the curve
 
-    vectors: Samples
-    weight: Array
-    stays: Mask
-    noise: Noise
-
-    @property
+    @cached_property
     def served(self) -> Samples:
         """The vectors of the served model."""
         return self.vectors.take(self.stays)
@@ -61,7 +57,7 @@ class Memory:
             **columns_to_dict(self.vectors),
             "weight": self.weight.tolist(),
             "stays": self.stays.tolist(),
-            "noise": self.noise.to_dict(),
+            "noise": to_plain(self.noise),
         }
 
     @staticmethod
@@ -69,7 +65,7 @@ class Memory:
         vectors = samples_from_dict(data)
         # a state over several velocities lacks the weights; `weighted` goes on from its vectors
         weight = np.array(data.get("weight", np.zeros(len(vectors))), dtype=np.float64)
-        return Memory(vectors, weight, np.array(data["stays"], dtype=np.bool_), Noise.from_dict(data["noise"]))
+        return Memory(vectors, weight, np.array(data["stays"], dtype=np.bool_), from_plain(Noise, data["noise"]))
 
 
 def start(settings: Settings) -> Memory:
@@ -112,17 +108,24 @@ def learn(
         near_rate=settings.near_rate,
         near_damping=settings.near_damping,
     )
-    old, new = before.take(stays), batch.take(verdict.kept)
+    old, new = memory.served, batch.take(verdict.kept)
     # Where no training takes place, nothing has to make room.
     forgotten, removed = before.take(~stays) if len(new) else Samples.empty(), Samples.empty()
     if len(new):
         stack = Samples.concatenate((old, new))
         warm = np.concatenate((memory.weight[stays], np.zeros(len(new))))
-        memory, removed = _trained(settings, Problem(stack, fastest, memory.noise, warm=warm))
-        warm = memory.weight[memory.stays]
-        model = model_of(settings, Problem(memory.served, fastest, memory.noise, warm=warm))
+        phi = columns(stack.yaw_rate, settings.gamma)
+        model, curve = trained(settings, stack, fastest, memory.noise, warm=warm, phi=phi)
+        active = np.flatnonzero(np.abs(model.weight) > MIN_WEIGHT_SHARE * settings.C)
+        wild = outliers(curve[active] - stack.damping[active])
+        left, removed = active[~wild], stack.take(active[wild])
+        vectors, weight = stack.take(left), model.weight[left]
+        rate_range = settings.rate_range
+        stays = forgetting(vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=rate_range)
+        served, phi = vectors.take(stays), phi[:, left[stays]]
+        model, _ = trained(settings, served, fastest, memory.noise, warm=weight[stays], phi=phi)
         noise = memory.noise.after(batch.damping - model.learned(batch), place, batch.yaw_rate)
-        memory = replace(memory, noise=noise)
+        memory = Memory(vectors, weight, stays, noise)
     return memory, Iteration(
         number=number,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
@@ -136,14 +139,3 @@ def learn(
         outliers=removed,
         model=model,
     )
-
-
-def _trained(settings: Settings, problem: Problem) -> tuple[Memory, Samples]:
-    """The memory after training on a stack, and the support vectors that were outliers."""
-    trained = train(settings, problem)
-    active = np.abs(trained.solution.weight) > MIN_WEIGHT_SHARE * settings.C
-    support, weight = problem.samples.take(active), trained.solution.weight[active]
-    wild = outliers(trained.fitted[active] - support.damping)
-    vectors = support.take(~wild)
-    stays = forgetting(vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=settings.rate_range)
-    return Memory(vectors, weight[~wild], stays, problem.noise), support.take(wild)

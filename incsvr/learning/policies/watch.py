@@ -8,9 +8,7 @@ back if they explain the batches since better than the corrected ones with all t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +28,6 @@ from incsvr.learning.policies.change import (
 from incsvr.learning.policies.merging import Vectors
 from incsvr.learning.policies.noise import Noise
 from incsvr.numerics import Array
-from incsvr.signals.samples import Samples
 
 PROBATION_BATCHES = 4
 """Batches for which a correction is on probation."""
@@ -42,74 +39,23 @@ YOUNG_CURVE_BATCHES = 3
 
 @dataclass(frozen=True, slots=True)
 class Probation:
-    """A correction that may still turn out wrong.
+    """A correction that may still turn out wrong."""
 
-    Attributes:
-        precision: (p, p) of what is left to correct.
-        batches: for how many more.
-        vectors, model: from before the correction.
-        held: (p, p) M + D of them.
-        lead: ln of how much better they explain the batches since.
-    """
-
-    precision: Array
-    batches: int
-    vectors: Vectors
+    precision: Array  # (p, p) of what is left to correct
+    batches: int  # for how many more
+    vectors: Vectors  # from before the correction
     model: Model
-    held: Array
-    lead: float = 0.0
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "precision": self.precision.tolist(),
-            "batches": self.batches,
-            "vectors": self.vectors.to_dict(),
-            "model": self.model.to_dict(),
-            "held": self.held.tolist(),
-            "lead": self.lead,
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Probation:
-        return Probation(
-            np.array(data["precision"]),
-            data["batches"],
-            Vectors.from_dict(data["vectors"]),
-            Model.from_dict(data["model"]),
-            np.array(data["held"]),
-            data["lead"],
-        )
+    held: Array  # (p, p) M + D of them
+    lead: float = 0.0  # ln of how much better they explain the batches since
 
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """The memory between two batches.
+    """The memory between two batches."""
 
-    Attributes:
-        seen: batches so far, as far as they count.
-        recent: evidence of the last batches, oldest first, since the last correction.
-        probation: of the last correction, while it lasts.
-    """
-
-    seen: int = 0
-    recent: tuple[Evidence, ...] = ()
-    probation: Probation | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "seen": self.seen,
-            "recent": [part.to_dict() for part in self.recent],
-            "probation": None if self.probation is None else self.probation.to_dict(),
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Watch:
-        probation = data["probation"]
-        return Watch(
-            data["seen"],
-            tuple(Evidence.from_dict(part) for part in data["recent"]),
-            None if probation is None else Probation.from_dict(probation),
-        )
+    seen: int = 0  # batches so far, as far as they count
+    recent: tuple[Evidence, ...] = ()  # evidence of the last batches, oldest first, since the last correction
+    probation: Probation | None = None  # of the last correction, while it lasts
 
 
 def follow(
@@ -118,7 +64,8 @@ def follow(
     vectors: Vectors,
     model: Model,
     noise: Noise,
-    batch: Samples,
+    rate: Array,
+    damping: Array,
     predicted: Array,
     index: NDArray[np.intp],
 ) -> tuple[Vectors, Watch, str | None]:
@@ -126,15 +73,15 @@ def follow(
 
     Args:
         vectors, model, noise: as they were before the batch.
-        batch: (n,) samples without outliers.
+        rate, damping: (n,) of the batch's samples without outliers [rad/s], [N m].
         predicted: (n,) f(x) of these samples under `model` [N m].
         index: (n,) their places in the stream.
     """
     points, probation, sentence = vectors.points, watch.probation, None
     # Both curves are judged by the same samples: those at rates that both knew.
     known = points.yaw_rate if probation is None else probation.vectors.points.yaw_rate
-    inside = (batch.yaw_rate >= known[0]) & (batch.yaw_rate <= known[-1])
-    rate, damping, now, index = batch.yaw_rate[inside], batch.damping[inside], predicted[inside], index[inside]
+    inside = (rate >= known[0]) & (rate <= known[-1])
+    rate, damping, now, index = rate[inside], damping[inside], predicted[inside], index[inside]
     fresh = gather(rate, _features(settings, rate, now), damping - now, index, noise)
     if probation is not None:
         then = probation.model.evaluate(rate)

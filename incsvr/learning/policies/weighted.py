@@ -19,8 +19,7 @@ the newest `MAX_VECTOR_SAMPLES` samples around it and moves on with them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -31,7 +30,7 @@ from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies.merging import Vectors
 from incsvr.learning.policies.noise import Noise
-from incsvr.learning.policies.training import Problem, fastest_of, model_of
+from incsvr.learning.policies.training import fastest_of, trained
 from incsvr.learning.policies.watch import Watch, follow
 from incsvr.learning.windows import windows
 from incsvr.numerics import Array
@@ -56,54 +55,31 @@ NEIGHBOUR_SAMPLES = 7
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """The memory of the weighted policy between two iterations.
+    """The memory of the weighted policy between two iterations."""
 
-    Attributes:
-        vectors: at most `capacity`.
-        fastest: (d − 1,) of each further velocity so far, in its unit.
-        noise: of the samples.
-        watch: for changes of the vehicle; over several velocities it never sees a batch.
-    """
-
-    vectors: Vectors
-    fastest: Array
-    noise: Noise
-    watch: Watch
+    vectors: Vectors  # at most `capacity`
+    noise: Noise  # of the samples
+    fastest: Array = field(default_factory=lambda: np.empty(0))  # (d − 1,) of each further velocity so far, in its unit
+    watch: Watch = field(
+        default_factory=Watch
+    )  # for changes of the vehicle; over several velocities it never sees a batch
 
     @property
     def served(self) -> Samples:
         """The vectors of the served model."""
         return self.vectors.points
 
-    def to_dict(self) -> dict[str, Any]:
-        several = self.fastest.size > 0
-        return {
-            "vectors": self.vectors.to_dict(),
-            **({"fastest": self.fastest.tolist()} if several else {}),
-            "noise": self.noise.to_dict(),
-            **({} if several else {"watch": self.watch.to_dict()}),
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Memory:
-        return Memory(
-            Vectors.from_dict(data["vectors"]),
-            np.array(data.get("fastest", ()), dtype=np.float64),
-            Noise.from_dict(data["noise"]),
-            Watch.from_dict(data["watch"]) if "watch" in data else Watch(),
-        )
-
 
 def start(settings: Settings) -> Memory:
     vectors = Vectors.empty(settings.own, settings.others)
-    return Memory(vectors, np.zeros(len(settings.others)), Noise.start(settings.rate_range), Watch())
+    return Memory(vectors, Noise.start(settings.rate_range), np.zeros(len(settings.others)))
 
 
 def continued(settings: Settings, other: Any) -> Memory:
     """The memory that goes on from another policy's: its vectors as samples, one each."""
     noise = other.noise
     vectors = Vectors.of(other.served, settings.own, settings.others, information=1.0 / noise.variance)
-    return Memory(vectors, other.fastest, noise, Watch())
+    return Memory(vectors, noise, other.fastest)
 
 
 def learn(
@@ -126,26 +102,30 @@ def learn(
         kept = batch
     else:
         residual = batch.damping - predicted
-        trained = vectors.within(batch, fastest, NEAR_RADII * radius) * noise.variance >= MIN_TRAINED_SAMPLES
-        wild = _wild(settings, noise, batch, residual) & trained
-        index = np.flatnonzero(~wild)
-        kept, residual, trained, place = batch.take(index), residual[index], trained[index], place[index]
+        known = vectors.within(batch, fastest, NEAR_RADII * radius) * noise.variance >= MIN_TRAINED_SAMPLES
+        wild = _wild(settings, noise, batch, residual) & known
         if not settings.others:
             # Between two turns that were held the curve has guessed: that it guessed wrongly is no change.
+            at = known & ~wild
+            rate, damping = batch.yaw_rate[at], batch.damping[at]
             vectors, watch, change = follow(
-                settings, watch, vectors, model, noise, kept.take(trained), predicted[index][trained], place[trained]
+                settings, watch, vectors, model, noise, rate, damping, predicted[at], place[at]
             )
+        kept = batch
+        if wild.any():
+            index = np.flatnonzero(~wild)
+            kept, residual, known, place = batch.take(index), residual[index], known[index], place[index]
     each = 1.0 / noise.variance
     included = vectors.absorb(kept, fastest, radius, each=each, most=MAX_VECTOR_SAMPLES * each)
     vectors = included.condense(fastest, settings.capacity, most=MAX_VECTOR_SAMPLES * each)
     served = _served(settings, vectors, fastest, noise)
     if predicted is not None:
         # A curve tells the noise of what it has not seen, but not where it was never trained, or has moved since.
-        told = trained & (change is None)
+        told = known & (change is None)
         left = np.where(told, residual, kept.damping - served.learned(kept))
         noise = noise.after(left, place, kept.yaw_rate)
     nothing = batch.take(slice(0, 0))
-    return Memory(vectors, fastest[1:], noise, watch), Iteration(
+    return Memory(vectors, noise, fastest[1:], watch), Iteration(
         number=number,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
         trained=True,
@@ -155,19 +135,18 @@ def learn(
         forgotten=included.without(vectors),
         discarded_tube=nothing,
         discarded_near=nothing,
-        outliers=batch.take(wild),
+        outliers=batch.take(wild) if len(kept) < len(batch) else nothing,
         model=served,
         change=change,
     )
 
 
 def radius_of(settings: Settings) -> float:
-    """Distance within which a sample joins a vector, JOINING_RADIUS mean distances of `capacity` vectors: over one
-    velocity [rad/s], over several in fastest velocities, where the vectors fill a cube from −1 to 1 of d dimensions."""
-    if settings.others:
-        return float(JOINING_RADIUS * 2.0 * settings.capacity ** (-1.0 / (1 + len(settings.others))))
+    """Distance within which a sample joins a vector, in fastest velocities: JOINING_RADIUS mean distances of `capacity`
+    vectors that fill the rate range, or a cube of d dimensions as wide."""
     low, high = settings.rate_range
-    return JOINING_RADIUS * (high - low) / settings.capacity
+    width = (high - low) / max(abs(low), abs(high))
+    return float(JOINING_RADIUS * width * settings.capacity ** (-1.0 / (1 + len(settings.others))))
 
 
 def _wild(settings: Settings, noise: Noise, batch: Samples, residual: Array) -> Mask:
@@ -184,7 +163,7 @@ def _served(settings: Settings, vectors: Vectors, fastest: Array, noise: Noise) 
     in each."""
     count = vectors.information * noise.variance
     tube = np.maximum(settings.epsilon, TUBE_DEVIATIONS / np.sqrt(vectors.information)) if noise.seen else None
-    return model_of(settings, Problem(vectors.points, fastest, noise, count, tube, vectors.terms))
+    return trained(settings, vectors.points, fastest, noise, count=count, tube=tube, terms=vectors.terms)[0]
 
 
 def _beside(rate: Array, residual: Array) -> Array:

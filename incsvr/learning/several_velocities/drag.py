@@ -35,17 +35,11 @@ TAMING_ROUNDS = 5
 
 @dataclass(frozen=True, slots=True)
 class Drag:
-    """The terms of the drag of one axis.
+    """The terms of the drag of one axis."""
 
-    Attributes:
-        linear: velocities i of νᵢ and νᵢ|νᵢ|; the own one is 0 and stands first.
-        crossed: pairs (i, j) of νᵢ|νⱼ|.
-        products: pairs (i, j), i ≤ j, of νᵢνⱼ.
-    """
-
-    linear: tuple[int, ...]
-    crossed: tuple[tuple[int, int], ...]
-    products: tuple[tuple[int, int], ...]
+    linear: tuple[int, ...]  # velocities i of νᵢ and νᵢ|νᵢ|; the own one is 0 and stands first
+    crossed: tuple[tuple[int, int], ...]  # pairs (i, j) of νᵢ|νⱼ|
+    products: tuple[tuple[int, int], ...]  # pairs (i, j), i ≤ j, of νᵢνⱼ
 
     @staticmethod
     def of(own: str, others: Sequence[str]) -> Drag:

@@ -1,23 +1,20 @@
-"""The additional fields and the predictions of a model over several velocities."""
+"""Answers from a model over several velocities."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.learning.kernel import rbf_at_rest, rbf_at_rest_slope
+from incsvr.learning.columns import Pivots
+from incsvr.learning.doubt import MIN_NOISE_SHARE, Doubt, variance_of
 from incsvr.learning.prediction import Prediction
-from incsvr.learning.several_velocities.drag import Drag
-from incsvr.learning.support_set import SupportSet
-from incsvr.learning.velocities import distances, points
-from incsvr.numerics import Array, lapack
-from incsvr.signals.samples import Samples
+from incsvr.learning.several_velocities.several import Several
+from incsvr.learning.support import Support
+from incsvr.learning.velocities import distances
+from incsvr.numerics import Array
 
 OUTSIDE_DISTANCES = 1.25
 """Distances from the nearest vector, in usual ones between neighbouring vectors, from which on a velocity lies outside
@@ -26,184 +23,67 @@ error outside is 3.6 times that inside after four batches and 2.2 times after tw
 driven."""
 USUAL_DISTANCE_QUANTILE = 0.75
 """Quantile of the distances from each vector to its nearest that is their usual distance."""
-MAX_MAGNITUDE = 1e30
-"""Size below which every velocity and every force is: nothing physical is as large, and no product of two overflows."""
 MIN_DISTANCE_SHARE = 0.02
 """Least of that distance, as a part of the fastest velocities: vectors that lie on each other are one place."""
 
 
 @dataclass(frozen=True, eq=False)
-class Several:
-    """The further velocities of a model.
-
-    Attributes:
-        own: the axis's own velocity, as recordings call it.
-        others: their names; those of channels.
-        velocity: (m, d) of each vector, the own one first, in their units.
-        fastest: (d,) by which each is scaled, in its unit.
-        drag: (p,) coefficients of the textbook's drag [N m] (`terms`).
-    """
-
-    own: str
-    others: tuple[str, ...]
-    velocity: Array
-    fastest: Array
-    drag: Array
-
-    def terms(self, u: Array) -> Array:
-        """(n, p) terms of the drag at (n, d) scaled velocities."""
-        return self._form.terms(u)
-
-    @cached_property
-    def _form(self) -> Drag:
-        return Drag.of(self.own, self.others)
-
-    @cached_property
-    def _vectors(self) -> Array:
-        """(m, d) as the kernel has them."""
-        return self.scaled(self.velocity)[1]
-
-    @cached_property
-    def _limit(self) -> Array:
-        """(d,) how fast each velocity may be in an answer."""
-        return np.concatenate(([np.inf], np.abs(self.velocity[:, 1:]).max(axis=0, initial=0.0)))
-
-    @property
-    def usual(self) -> Array:
-        """(d − 1,) the others' median over the vectors: where a question names the own velocity alone."""
-        return np.asarray(np.median(self.velocity[:, 1:], axis=0))
-
-    @property
-    def ranges(self) -> dict[str, tuple[float, float]]:
-        """Lowest and highest learned value of each further velocity; none where the drag alone explains everything."""
-        columns = self.velocity[:, 1:].T
-        if not columns.size:
-            return {}
-        return {name: (float(c.min()), float(c.max())) for name, c in zip(self.others, columns, strict=True)}
-
-    def at(self, samples: Samples) -> Array:
-        """(n, d) the velocities of samples."""
-        return points(samples, self.others)
-
-    def beside(self, rate: Array) -> Array:
-        """(n, d) own velocities (n,), each with the usual others."""
-        return np.column_stack((rate, np.broadcast_to(self.usual, (rate.size, len(self.others)))))
-
-    def scaled(self, velocity: Array) -> tuple[Array, Array]:
-        """(n, d) velocities with 1 as the fastest, and as the kernel has them: in the unit of the own one."""
-        u = velocity / self.fastest
-        return u, u * self.fastest[0]
-
-    def within(self, velocity: Array) -> Array:
-        """(n, d) velocities of which the others stay as fast as the fastest vector where they are faster.
-
-        A product of velocities of which the vectors tell little would grow without bound; the own drag may.
-        """
-        return np.asarray(np.minimum(np.maximum(velocity, -self._limit), self._limit))
-
-    def value(self, velocity: Array, gamma: float, weight: Array) -> Array:
-        """(n,) damping at (n, d) velocities [N m]: the drag, and the sum of kernels that has the rest."""
-        u, z = self.scaled(self.within(velocity))
-        return np.asarray(self.terms(u) @ self.drag + rbf_at_rest(z, self._vectors, gamma) @ weight)
-
-    def derivative(self, velocity: Array, gamma: float, weight: Array) -> Array:
-        """(n,) ∂d/∂ν₁ of `value` with respect to the own velocity, at (n, d) velocities [N m s/rad]."""
-        u, z = self.scaled(self.within(velocity))
-        kernels = rbf_at_rest_slope(z, self._vectors, gamma) @ weight
-        return np.asarray(self._form.slopes(u) @ self.drag / self.fastest[0] + kernels)
-
-    def possible(self, rate: Array) -> bool:
-        """Whether every number is one that learning can have led to, beside vectors of these own velocities (m,)."""
-        shape = (rate.size, 1 + len(self.others))
-        numbers = np.concatenate((self.velocity.ravel(), self.fastest, self.drag))
-        return (
-            self.velocity.shape == shape
-            and self.fastest.shape == shape[1:]
-            and self.drag.shape == self.terms(np.zeros((1, shape[1])))[0].shape
-            and bool((np.abs(numbers) < MAX_MAGNITUDE).all() and (self.fastest > 0.0).all())
-            and bool((self.velocity[:, 0] == rate).all())
-        )
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "own": self.own,
-            "others": list(self.others),
-            "velocity": self.velocity.tolist(),
-            "fastest": self.fastest.tolist(),
-            "drag": self.drag.tolist(),
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Several:
-        others = tuple(data["others"])
-        velocity = np.array(data["velocity"], dtype=np.float64).reshape(-1, 1 + len(others))
-        return Several(data["own"], others, velocity, np.array(data["fastest"]), np.array(data["drag"]))
-
-
-@dataclass(frozen=True, slots=True)
 class Surface:
-    """A model over several velocities made ready for questions.
+    """A model over several velocities made ready for questions."""
 
-    Attributes:
-        support: the vectors.
-        several: its further velocities.
-        z: (m, d) the vectors' velocities as the kernel has them.
-        terms: (m, p) of the drag at them.
-        gram: Cholesky factor of K + noise, in parts of the residual's scale.
-        scale: of what the kernels hold, the largest that the drag leaves over at a vector [N m].
-        doubt: (p, p) covariance of the drag's coefficients.
-        reach: distance from the nearest vector beyond which nothing was driven, in fastest velocities.
-    """
-
-    support: SupportSet
-    several: Several
-    z: Array
-    terms: Array
-    gram: Array
-    scale: float
-    doubt: Array
-    reach: float
+    model: Support  # the model
+    several: Several  # its further velocities
+    columns: Pivots  # of the kernel
+    scale: float  # of what the kernels hold, the largest that the drag leaves over at a vector [N m]
+    largest: float  # the largest damping of the vectors, the prior of each term of the drag [N m]
+    doubt: Doubt  # of the surface
+    reach: float  # distance from the nearest vector beyond which nothing was driven, in fastest velocities
 
     @staticmethod
-    def of(support: SupportSet, several: Several) -> Surface:
+    def of(model: Support) -> Surface:
+        several, count, rate = model.several, model.count, model.support_rate
+        assert several is not None
         u, z = several.scaled(several.velocity)
-        phi = several.terms(u)
-        largest = support.largest_damping
-        level = np.maximum(support.noise, 1e-6 * largest)
-        left = np.abs(support.damping - phi @ several.drag)
-        scale = max(float(left.max()), float(level.max()))
-        kernel = rbf_at_rest(z, z, support.gamma)
-        kernel[np.diag_indices(z.shape[0])] += (level / scale) ** 2 / (support.worth * support.count)
-        gram = lapack.cholesky(kernel)
-        information = phi.T @ lapack.dpotrs(gram, phi)[0] / scale**2 + np.eye(phi.shape[1]) / largest**2
-        return Surface(
-            support, several, z, phi, gram, scale, np.asarray(np.linalg.inv(information), dtype=np.float64), _reach(u)
+        terms = several.terms(u)
+        largest = max(float(np.abs(model.support_damping).max()), 1e-9)
+        noise = np.maximum(model.sigma * model.spread.at(rate), MIN_NOISE_SHARE * largest)
+        scale = max(float(np.abs(model.support_damping - terms @ several.drag).max()), float(noise.max()))
+        columns, phi = Pivots.of(z, model.gamma, vanishing=True)
+        doubt = Doubt.of(
+            np.concatenate((largest * terms.T, scale * phi)),
+            variance_of(noise, count, model.correlation, scale),
+            float(count @ rate**2) / float(count.sum()),
+            model.sigma,
+            model.spread,
+            model.water,
+            model.widening,
         )
+        return Surface(model, several, columns, scale, largest, doubt, _reach(u))
 
     def predict(self, velocity: Array) -> Prediction:
         """The prediction at (n, d) velocities in their units.
 
-        The doubt is that of a Gaussian process with explicit basis functions (Rasmussen and Williams, 2006, Eq. 2.41):
-        small among the vectors, the drag's own far from them.
+        Its doubt is small among the vectors, and the drag's own far from them.
 
         Raises:
             BadInput: a velocity is not finite.
         """
         if not np.isfinite(velocity).all():
             raise BadInput("a velocity is not finite; give numbers in m/s and rad/s")
-        support, own = self.support, velocity[:, 0]
-        damping = self.several.value(velocity, support.gamma, support.weight)
-        u, z = self.several.scaled(velocity)
-        phi, kernel = self.several.terms(u), rbf_at_rest(z, self.z, support.gamma)
-        solved = lapack.dpotrs(self.gram, kernel.T)[0]
-        at_rest = np.exp(-2.0 * support.gamma * np.sum(z * z, axis=1))
-        left = self.scale**2 * np.maximum(1.0 - at_rest - np.sum(kernel.T * solved, axis=0), 0.0)
-        unexplained = phi - solved.T @ self.terms
-        left += np.sum(unexplained @ self.doubt * unexplained, axis=1)
-        noise = support.sample_noise(own)
-        sigma = np.asarray(np.hypot(noise, support.doubt(left, own)))
-        derivative = self.several.derivative(velocity, support.gamma, support.weight)
-        return Prediction(damping, sigma, self._outside(velocity), noise, derivative)
+        model, several, own = self.model, self.several, velocity[:, 0]
+        u, z = several.scaled(velocity)
+        phi = self.columns.at(z)
+        at_rest = np.exp(-2.0 * model.gamma * np.sum(z * z, axis=1))
+        left = self.scale**2 * np.maximum(1.0 - at_rest - np.add.reduce(phi * phi, axis=0), 0.0)
+        psi = np.concatenate((self.largest * several.terms(u).T, self.scale * phi))
+        noise = self.doubt.noise(own)
+        return Prediction(
+            several.value(velocity, model.gamma, model.weight),
+            np.hypot(noise, self.doubt.at(own, psi, left)),
+            self._outside(velocity),
+            noise,
+            several.derivative(velocity, model.gamma, model.weight),
+        )
 
     def _outside(self, velocity: Array) -> NDArray[np.bool_]:
         """(n,) whether (n, d) velocities lie outside the cloud that was driven."""

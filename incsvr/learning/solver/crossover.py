@@ -2,42 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.learning.solver.matrix import Matrix
 from incsvr.numerics import Array, lapack
 
-LOOSE_RIDGE = 1e-6
-"""Ridge beside κ(x, x) = 1 that is as good as none."""
-MAX_ROUNDS = 4
-"""Rounds at most; each costs half an iteration of the path."""
 MIN_INDEPENDENCE = 1e-14
 """Part of κ(x, x) = 1 that a sample adds to the others' span, at least: those closer to it add nothing."""
-
-
-def edges(matrix: Matrix, y: Array, bound: Array, tube: Array) -> Iterator[Array]:
-    """Weights that put every sample on its tube's edge, where no bound is in the way; nothing where one may be.
-
-    Over several velocities samples lie apart, and a smooth function passes close by all of them: then no path has to be
-    followed. A weight that would change its sign belongs to a sample inside the tube: it is left out, and all is solved
-    again.
-    """
-    _, fitted = matrix.ridge(y, LOOSE_RIDGE)
-    theta = (y - fitted) / LOOSE_RIDGE
-    if not (np.abs(theta) < bound).all():
-        return
-    between = np.abs(theta) > 0.0
-    for _ in range(MAX_ROUNDS):
-        found = cross(matrix, y, bound, tube, theta, between)
-        turned = between & (found * theta <= 0.0)
-        if not turned.any():
-            yield found
-            return
-        between &= ~turned
-        theta = np.where(between, theta, 0.0)
 
 
 def cross(matrix: Matrix, y: Array, bound: Array, tube: Array, theta: Array, between: NDArray[np.bool_]) -> Array:

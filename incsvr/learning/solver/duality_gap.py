@@ -17,25 +17,15 @@ at most."""
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """A solution of Eq. 7 and what is certain about it.
+    """A solution of Eq. 7 and what is certain about it."""
 
-    Attributes:
-        weight: (n,) θ = α − β [N m].
-        fitted: (n,) f(xᵢ), the model at the samples [N m].
-        gap: the duality gap P(f) + D(θ) ≥ 0, with `rounding` added [(N m)²].
-        rounding: what the rounding of f can hide of the gap [(N m)²].
-        certified_error: |f(x) − f*(x)| is at most this at every x [N m]; f* is the model of the exact solution.
-        objective: D(θ), which Eq. 7 minimises [(N m)²].
-        iterations: iterations of the interior point, or passes of Eq. 8.
-    """
-
-    weight: Array
-    fitted: Array
-    gap: float
-    rounding: float
-    certified_error: float
-    objective: float
-    iterations: int
+    weight: Array  # (n,) θ = α − β [N m]
+    fitted: Array  # (n,) f(xᵢ), the model at the samples [N m]
+    gap: float  # the duality gap P(f) + D(θ) ≥ 0, with `rounding` added [(N m)²]
+    rounding: float  # what the rounding of f can hide of the gap [(N m)²]
+    certified_error: float  # |f(x) − f*(x)| is at most this at every x [N m]; f* is the model of the exact solution
+    objective: float  # D(θ), which Eq. 7 minimises [(N m)²]
+    iterations: int  # iterations of the interior point, or passes of Eq. 8
 
 
 def certify(theta: Array, f: Array, y: Array, bound: Array, tube: Array, iterations: int) -> Solution:

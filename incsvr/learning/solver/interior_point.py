@@ -23,17 +23,11 @@ START_COMPLEMENTARITY = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Iterate:
-    """A point near the end of the central path.
+    """A point near the end of the central path."""
 
-    Attributes:
-        number: of the iteration, from 1.
-        theta: (n,) θ = α − β, inside its bounds.
-        between: (n,) True where α or β seems to end between its bounds rather than on one.
-    """
-
-    number: int
-    theta: Array
-    between: NDArray[np.bool_]
+    number: int  # of the iteration, from 1
+    theta: Array  # (n,) θ = α − β, inside its bounds
+    between: NDArray[np.bool_]  # (n,) True where α or β seems to end between its bounds rather than on one
 
 
 def path(matrix: Matrix, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:

@@ -1,10 +1,6 @@
-"""The kernel matrix as the solver needs it: in few columns, or whole where it has many.
+"""The kernel matrix in few columns, as the solver needs it: an iteration costs n·rank².
 
-On one velocity its rank is ten to twenty, and an iteration costs n·rank². Over several velocities the rank is near n,
-and the whole matrix, of which nothing but its diagonal changes from iteration to iteration, costs a fifth of that.
-
-Both answer the same questions. With D diagonal, w = Lᵀθ in one and f = Kθ in the other is what the interior point
-carries; its step solves (I + Lᵀ D L) dw = Lᵀ h + off, or (I + K D) df = K h + off.
+With D diagonal, w = Lᵀθ is what the interior point carries; its step solves (I + Lᵀ D L) dw = Lᵀ h + off.
 """
 
 from __future__ import annotations
@@ -15,7 +11,7 @@ from numpy.typing import NDArray
 from incsvr.numerics import Array, lapack
 
 
-class Factored:
+class Matrix:
     """K = L Lᵀ, given as Lᵀ (rank, n)."""
 
     def __init__(self, LT: Array) -> None:
@@ -63,50 +59,3 @@ class Factored:
     def power(self, carried: Array, off: Array, change: Array) -> float:
         """dθᵀ K dθ' of a step of what is carried, off before it; `change` is dθ (n,)."""
         return float((carried - off).dot(carried))
-
-
-class Whole:
-    """K itself (n, n)."""
-
-    def __init__(self, kernel: Array) -> None:
-        self._kernel = kernel
-        self.size = kernel.shape[0]
-        self._normal = np.empty_like(kernel)
-        self._diagonal = self._normal.reshape(-1)[:: self.size + 1]
-        self._cholesky, self._root = self._normal, np.empty(self.size)
-
-    def product(self, theta: Array) -> Array:
-        return np.asarray(self._kernel.dot(theta))
-
-    def apart(self, theta: Array, carried: Array) -> Array:
-        return np.asarray(self._kernel.dot(theta) - carried)
-
-    def between(self, free: NDArray[np.intp], theta: Array) -> tuple[Array, Array]:
-        rows = self._kernel.take(free, axis=0)
-        return rows.take(free, axis=1), rows.dot(theta)
-
-    def ridge(self, y: Array, ridge: float) -> tuple[Array, Array]:
-        np.copyto(self._normal, self._kernel)
-        self._diagonal += ridge
-        f = y - ridge * lapack.dposv(self._normal.T, y, lower=1)[1]
-        return f, f
-
-    def weigh(self, weight: Array) -> bool:
-        np.sqrt(weight, self._root)
-        np.multiply(self._kernel, self._root, self._normal)
-        self._normal *= self._root[:, None]
-        self._diagonal += 1.0
-        self._cholesky, failed = lapack.dpotrf(self._normal.T, 1, 0, 1)
-        return not failed
-
-    def step(self, h: Array, off: Array) -> tuple[Array, Array]:
-        # (I + K D)⁻¹ = D^(−½) (I + D^½ K D^½)⁻¹ D^½: no difference of large numbers, however far D's spread.
-        df = lapack.dpotrs(self._cholesky, self._root * (self._kernel.dot(h) + off), 1)[0]
-        df /= self._root
-        return df, df
-
-    def power(self, carried: Array, off: Array, change: Array) -> float:
-        return float(change.dot(carried))
-
-
-Matrix = Factored | Whole

@@ -90,7 +90,7 @@ def test_status_shows_the_vehicle_and_the_axis_that_the_prefix_names(
 ) -> None:
     bench = started(start, tmp_path)
     bench.session.put("boat/surge/rate", wire.measurement((1.0, 1.1), (0.5, 0.6)))
-    bench.health_when(lambda health: "surge" in health.streams)
+    bench.health_when(lambda health: health.streams["surge"].received == 2)
     words = ["status", "--connect", bench.endpoint, "--prefix", "boat/surge", "--json", str(tmp_path / "status.json")]
     assert main(words) == 0
     shown = capsys.readouterr().out

@@ -71,7 +71,8 @@ def test_a_process_learns_over_three_answers_for_two_and_comes_back_after_kill_9
         points = np.array([[0.1, 0.4, 0.05], [-0.1, 0.4, -0.05]])
         expected = snapshot.model().over(points)
         assert answer.damping == tuple(expected.damping)
-        assert answer.sigma == tuple(expected.sigma)
+        # The learner's BLAS has one thread and this process's two: a triangular solution is rounded otherwise.
+        assert answer.sigma == pytest.approx(tuple(expected.sigma), rel=1e-12)
         assert answer.others == {"surge": (0.4, 0.4), "sway": (0.05, -0.05)}
         cli = subprocess.run(
             command("query", "0.1", "surge=0.4", "sway=0.05", "--connect", endpoint, "--json", "-"),

@@ -182,10 +182,13 @@ def test_while_the_gyro_is_heard_the_command_says_so_and_draws_what_was_asked(
     teach(bench.session, bench.keys, SEED, 0.0, LOST)
     bench.health_when(lambda health: health.iteration >= 3)
 
+    newest = {name: part(name, 0.0, LOST + 0.02)[0][-1] for name in ("yaw_rate", "torque")}
+
     def forecast(*words: str, heard: bool = True) -> list[str]:
         for stream in ("yaw_rate", "torque") if heard else ():
             payload = message(stream, LOST - 1.0, LOST + 0.02)  # twice is no harm, and what counts is that it comes
             bench.session.put(bench.keys.stream(stream), payload, congestion_control=BLOCK)
+        bench.health_when(lambda health: all(health.streams[name].t == newest[name] for name in newest))
         assert main(["forecast", "--connect", bench.endpoint, *words]) == 0
         return capsys.readouterr().out.splitlines()
 
