@@ -8,6 +8,7 @@ stamps, everything else is placed by its arrival. Both clocks may be set under w
 from __future__ import annotations
 
 from collections import Counter, deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import isfinite
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from incsvr.numerics import Array
 from service.inputs.source_binding import RATE
+from service.inputs.table import Table
 
 WRAP_S = 2.0**32 * 1e-6
 """The time after which a stamp of 32 bits in µs begins anew [s]."""
@@ -104,6 +106,79 @@ def without_leaps(time: Array) -> tuple[Array, tuple[float, ...]]:
 def set_at(at: float) -> str:
     """The note on a clock that was set [s]."""
     return f"the clock of the log was set at {at:.6g} s: the log continues there"
+
+
+MAX_SETS = 8
+"""The times that the clock of one table is set back at most: more are rows out of order, which sorting mends."""
+
+MIN_SET_STEPS = 10.0
+"""The usual steps by which a clock that was set falls back at least: rows that changed places fall by fewer."""
+
+
+def table_time(table: Table, field: str) -> tuple[Array, tuple[str, ...]]:
+    """The time of a table (n,), in its unit, that goes on where its clock was set back, and whose rows of one instant
+    are spread over it where each of them is a sample; and a note on either.
+
+    A clock that was set back makes the rows fall; where they fall because the messages of one topic follow those of
+    another one, no column has values on both sides, and the rows are only out of order.
+    """
+    time = table.columns[field]
+    others = [np.isfinite(values) for name, values in table.columns.items() if name != field]
+    time, sets = _continued(time, others)
+    time, at_once = _spread(time, [each for name, each in table.columns.items() if name != field])
+    notes = [set_at(at) for at in sets]
+    if at_once > 1:
+        notes.append(f"{at_once} rows bear each stamp of {field!r}: they are spread evenly up to the next stamp")
+    return time, tuple(notes)
+
+
+def _continued(time: Array, others: Sequence[NDArray[np.bool_]]) -> tuple[Array, tuple[float, ...]]:
+    """A table's time (n,) that goes on where it falls, and when that was; as it is where rows are out of order."""
+    known = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[known])
+    rising = steps[steps > 0.0]
+    falls = 1 + np.flatnonzero(steps < 0.0)
+    if not falls.size or not rising.size or falls.size > MAX_SETS:
+        return time, ()
+    usual = float(np.median(rising))
+    if (steps[falls - 1] > -MIN_SET_STEPS * usual).any():  # rows that changed places
+        return time, ()
+    parts = [[bool(each[rows].any()) for each in others] for rows in np.split(known, falls)]
+    if any(part != parts[0] for part in parts):
+        return time, ()
+    gone_on = time.copy()
+    jumps = np.zeros(known.size)
+    jumps[falls] = usual - steps[falls - 1]
+    gone_on[known] += np.cumsum(jumps)
+    return gone_on, tuple(gone_on[known[falls]].tolist())
+
+
+def _spread(time: Array, others: Sequence[Array]) -> tuple[Array, int]:
+    """The time (n,) of rows that share stamps which are coarser than they, and how many share one; 1 where none do."""
+    known = np.flatnonzero(np.isfinite(time))
+    stamps, first, place, count = np.unique(time[known], return_index=True, return_inverse=True, return_counts=True)
+    if stamps.size < 3 or np.median(count) < 2 or (np.diff(time[known]) < 0.0).any():
+        return time, 1
+    for values in others:
+        there = np.isfinite(values[known])
+        changes = np.diff(values[known][there]) != 0.0
+        inside = np.diff(place[there]) == 0
+        if (
+            np.count_nonzero(changes & inside) > 0.5 * np.count_nonzero(inside)
+            and np.median(np.bincount(place[there], minlength=stamps.size)) >= 2
+        ):
+            break
+    else:  # rows of one instant, one for each topic
+        return time, 1
+    rows = np.arange(known.size, dtype=np.float64)
+    period = float(np.median(np.diff(stamps))) / float(np.median(count))
+    spread = np.interp(rows, first, stamps)
+    begins, ends = int(first[1]), int(first[-1])  # the first stamp and the last are seen in part
+    spread[:begins] = stamps[1] - period * (begins - rows[:begins])
+    spread[ends:] = stamps[-1] + period * (rows[ends:] - ends)
+    gone_on = time.copy()
+    gone_on[known] = spread
+    return gone_on, int(np.median(count))
 
 
 def without_unset(stamps: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.arming import says_armed, says_something
-from service.inputs.clocks import Clock, set_at, without_unset
+from service.inputs.clocks import Clock, set_at, table_time, without_unset
 from service.inputs.outputs import first_movement, least_movement, output, without_pulse
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters
@@ -111,6 +111,8 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
     stamps = _stamps(inputs.yaw_rate, inputs.yaw_rate.topic, table)
     clock = Clock.of(_arrival(table, stamps), stamps)
     notes = [set_at(at) for at in clock.sets]
+    if table.arrival is None and inputs.yaw_rate.stamp in table.columns:
+        notes += table_time(table, inputs.yaw_rate.stamp)[1]
     streams = {"yaw_rate": _stream("yaw_rate", inputs.yaw_rate, tables, clock, notes)}
     channels = {name: _stream(name, source, tables, clock, notes) for name, source in inputs.channels.items()}
     moves = None
@@ -142,7 +144,10 @@ def _stamps(source: Source | Thrusters | Armed, topic: str, table: Table) -> Arr
     """The stamps of a table by its own clock [s]; None where the time of arrival counts, or nobody set the stamps."""
     if source.stamp in ("", ARRIVAL):
         return None
-    stamps = _column(source.stamp, topic, table) * STAMP_UNITS[source.stamp_unit]
+    stamps = _column(source.stamp, topic, table)
+    if table.arrival is None:
+        stamps, _ = table_time(table, source.stamp)
+    stamps = stamps * STAMP_UNITS[source.stamp_unit]
     if table.arrival is not None:
         stamps = without_unset(stamps)
     known = stamps[np.isfinite(stamps)]

@@ -42,11 +42,13 @@ class Table:
         arrival: (n,) when each was written down, by the clock of the log [s]; None where nothing says when.
         columns: (n,) numbers by field, NaN where a message has none.
         texts: n texts by field, empty where a message has none.
+        instants: the fields that were dates or times of day.
     """
 
     arrival: Array | None
     columns: Mapping[str, Array]
     texts: Mapping[str, tuple[str, ...]]
+    instants: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:

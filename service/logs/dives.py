@@ -118,7 +118,7 @@ def _join(parts: Sequence[Table]) -> Table:
     }
     came: list[Array] = [part.arrival for part in parts if part.arrival is not None]
     if len(came) < len(parts):
-        return Table(None, columns, texts)
+        return Table(None, columns, texts, parts[0].instants)
     arrival = np.concatenate(came)
     order = np.argsort(arrival, kind="stable")
     return Table(

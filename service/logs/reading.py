@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.inputs.clocks import table_time
 from service.inputs.column_spec import ColumnSpec, parse_columns
 from service.inputs.measured_streams import MeasuredStreams, measure, topics_read
 from service.inputs.owners import autopilot_message, system_of
@@ -156,9 +158,9 @@ def writing_times(table: Table, inputs: Inputs) -> Array:
         return table.arrival
     source = inputs.yaw_rate or inputs.torque
     stamp, unit = ("t", "s") if source is None else (source.stamp, source.stamp_unit)
-    stamps = table.columns.get(stamp)
-    if stamps is None:
+    if stamp not in table.columns:
         return np.empty(0)
+    stamps, _ = table_time(table, stamp)
     return stamps * STAMP_UNITS[unit if unit != "s" else guessed_unit(stamps)]
 
 
@@ -188,15 +190,25 @@ def _stamped(proposal: Proposal, found: Inputs, said: ColumnSpec, log: Log) -> P
     stamps = {name: stamp for name, stamp in usual.items() if stamp[0]} | stamps
     if [topic.name for topic in log.topics] == [ROWS]:
         table = log.read([ROWS])[ROWS]
-        by_name = stamps.get(ROWS) or time_column(log.topics[0].fields) or ("", "s")
+        dated: tuple[str, StampUnit] = (next(iter(table.instants), ""), "s")
+        by_name = stamps.get(ROWS) or time_column(log.topics[0].fields) or dated
         stamp = said.stamp or by_name[0]
         if stamp:
             missing.pop("t", None)
             unit, note = _unit(said, stamp, by_name[1], table)
+            doubt = _wrong_unit(said, stamp, unit, table)
+            if doubt is not None:
+                missing["t"] = doubt
             stamps = {ROWS: (stamp, unit)}
             notes += note
             if armed is not None and armed.topic == ROWS:
                 armed = armed.model_copy(update={"stamp": stamp, "stamp_unit": unit})
+        elif (spelt := time_column(tuple(table.texts))) is not None:
+            cell = next((cell for cell in table.texts[spelt[0]] if cell), "")
+            missing["t"] = (
+                f"the column {spelt[0]!r} holds {cell!r}, which is read as no time: write seconds, or ISO 8601 as in "
+                "2024-05-01T12:00:00.05"
+            )
     changed = {name: _with_stamp(getattr(inputs, name), stamps) for name in ("yaw_rate", "torque")}
     channels = {name: _with_stamp(each, stamps) for name, each in inputs.channels.items()}
     thrusters = inputs.thrusters
@@ -224,6 +236,26 @@ def _unit(said: ColumnSpec, stamp: str, named: StampUnit, table: Table) -> tuple
         return "s", []
     guess = guessed_unit(time)
     return guess, [] if guess == "s" else [f"the time {stamp!r} is read as {guess}, by its steps"]
+
+
+MIN_STEP_S = 2e-4
+"""The shortest typical step of a table [s]: no vehicle's log is faster than 5 kHz."""
+
+
+def _wrong_unit(said: ColumnSpec, stamp: str, unit: StampUnit, table: Table) -> str | None:
+    """The doubt about a unit that stands in the time's name and makes the log faster, or slower, than any."""
+    time = table.columns.get(stamp)
+    if said.stamp_unit is not None or time is None or stamp in table.instants:
+        return None
+    step, guess = _step(time[np.isfinite(time)]), guessed_unit(time)
+    if guess == unit or step <= 0.0 or MIN_STEP_S <= step * STAMP_UNITS[unit] <= MAX_STEP_S:
+        return None
+    span = float(np.nanmax(time) - np.nanmin(time)) * STAMP_UNITS[unit]
+    cure = shlex.quote(f"t={stamp}:{guess}")
+    return (
+        f"the time {stamp!r} is read as {unit}, as its name says: the log would last {span:.2g} s, at a step of "
+        f"{step * STAMP_UNITS[unit]:.2g} s; if it is in {guess}, give --column {cure}"
+    )
 
 
 def guessed_unit(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StampUnit:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -82,6 +83,22 @@ def refuse_twice(recordings: Sequence[Recording], why: str = GIVEN_TWICE) -> Non
             same = f"holds the same data as {seen[content]}" if recording.name != seen[content] else "is given twice"
             raise BadInput(f"{recording.name} {same}, and {why}")
         seen[content] = recording.name
+
+
+MIN_WHOLE_VALUES = 20
+"""Values of a velocity that are whole numbers by no chance."""
+
+
+def refuse_whole_numbers(path: Path, rate: Array, name: str, place: str) -> None:
+    """Raises BadInput where a velocity (n,) has lost its decimals, or its decimal mark."""
+    rate = rate[np.isfinite(rate)]
+    if rate.size < MIN_WHOLE_VALUES or (rate != np.round(rate)).any() or np.ptp(rate) == 0.0:
+        return
+    raise BadInput(
+        f"{path}: all {rate.size} values of {name} are whole numbers ({rate.min():g} to {rate.max():g}): the export lost "
+        "their decimals, or their decimal mark, as by the locale of another country; export with points, or give the "
+        f"factor of a raw number, as in --column {shlex.quote(f'{name}={place}*0.001')}"
+    )
 
 
 def stillness(rate: Array, words: AxisWords) -> str | None:

@@ -19,13 +19,16 @@ from incsvr.signals.steps import refuse_steps
 from service.cli.progress import progress
 from service.config.configuration import Config
 from service.inputs.arming import Spans, arming_spans, is_within
+from service.inputs.clocks import table_time
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.settings import Inputs, Preset, Source
 from service.inputs.table import ROWS
-from service.inputs.units import units_of
+from service.inputs.units import SI_UNITS, units_of
 from service.logs import Log, open_any
 from service.logs import reading as logs
+from service.logs.cells import CellFault
+from service.logs.csv_log import open_log as open_csv
 from service.logs.cutting import (
     ARMED_CHANNEL,
     WHOLE_LOG,
@@ -42,7 +45,7 @@ from service.logs.dives import Dive, dives
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.logs.suspect_columns import refuse_without_numbers
-from service.recordings.log_refusals import refuse_fraction, stillness
+from service.recordings.log_refusals import refuse_fraction, refuse_whole_numbers, stillness
 from service.recordings.recording import (
     Recording,
     column_of_axis,
@@ -184,10 +187,14 @@ class Reading:
             BadInput: naming the file, what is wrong or missing, and the cure.
         """
         if log is None and self.description == NO_DESCRIPTION and is_ours(path, self.axis):
-            recording = read_recording(
-                path, rate_limit=self.rate_limit, limit_is=self.limit_is, axis=self.axis, cut=self.cut
-            )
-            return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
+            try:
+                recording = read_recording(
+                    path, rate_limit=self.rate_limit, limit_is=self.limit_is, axis=self.axis, cut=self.cut
+                )
+            except BadInput as error:
+                log = _spelt_otherwise(path, error)
+            else:
+                return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
         log = open_any(path) if log is None else log
         refuse_without_numbers(path, log)
         description = self.description
@@ -233,6 +240,9 @@ class Reading:
         for name in ("yaw_rate", "torque") if self.cut else ():
             if np.isnan(recording.columns[name]).all():
                 raise BadInput(f"{path}: there is no value of {name} in the part that {self.cut} takes")
+        source = inputs.yaw_rate
+        if self.learns and source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit]):
+            refuse_whole_numbers(path, recording.columns["yaw_rate"], self.axis.rate, typed_source(source))
         time, rate = recording.streams()["yaw_rate"]
         beyond = np.flatnonzero(np.abs(rate) > self.rate_limit)
         if beyond.size:
@@ -243,6 +253,26 @@ class Reading:
                 + (f"; if the vehicle really turns so fast, raise {self.limit_is}" if self.limit_is else "")
             )
         return recording
+
+
+def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
+    """A recording of our own whose cells or whose time are those of other people's tables.
+
+    Raises:
+        BadInput: the `refusal`, where they are not; or the true cause.
+    """
+    if isinstance(refusal, EmptyCut) or not path.is_file():
+        raise refusal
+    try:
+        log = open_csv(path)
+    except CellFault:
+        raise
+    except BadInput:
+        raise refusal from None
+    table = log.table
+    if log.notes or "t" in table.instants or ("t" in table.columns and table_time(table, "t")[1]):
+        return log
+    raise refusal
 
 
 def _places(inputs: Inputs) -> dict[str, str]:

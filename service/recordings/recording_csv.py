@@ -25,9 +25,10 @@ from incsvr.plant.words import words_of
 from incsvr.signals.steps import refuse_steps
 from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.clocks import set_at, without_leaps
-from service.logs.csv_log import EMPTY_CELLS
+from service.logs.cells import EMPTY_CELLS
 from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970
 from service.number import number_of
+from service.recordings.log_refusals import refuse_whole_numbers
 from service.recordings.recording import Recording, of_axis, own_columns
 
 RATE_LIMIT = YAW.fastest
@@ -81,6 +82,7 @@ def read(
         if np.isnan(columns[name]).all():
             where = f" in the part that {cut} takes" if cut else ""
             raise BadInput(f"{path}: the column {name} is empty{where}; it must hold the {_unit(axis, name)}")
+    refuse_whole_numbers(path, columns[rate], rate, rate)
     beyond = np.flatnonzero(np.abs(columns[rate]) > rate_limit)
     if beyond.size:
         faster = f"; if the vehicle really turns so fast, raise {limit_is}" if limit_is else ""
