@@ -9,8 +9,10 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.axes import EFFORTS
 from service.inputs.arming import says_armed, says_something
 from service.inputs.clocks import Clock, set_at, table_time, without_unset
+from service.inputs.marks import without_marks
 from service.inputs.outputs import first_movement, least_movement, output, without_pulse
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters
@@ -164,7 +166,9 @@ def _arrival(table: Table, stamps: Array | None) -> Array:
 
 def _stream(name: str, source: Source, tables: Mapping[str, Table], clock: Clock, notes: list[str]) -> Stream:
     table = _table(source.topic, tables)
-    values = _column(source.field, source.topic, table) * source.factor
+    values, note = without_marks(name, _column(source.field, source.topic, table), name in EFFORTS)
+    notes += [] if note is None else [note]
+    values = values * source.factor
     return _rising(_times(name, source, source.topic, table, clock, notes), values)
 
 

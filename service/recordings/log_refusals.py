@@ -95,8 +95,8 @@ def refuse_whole_numbers(path: Path, rate: Array, name: str, place: str) -> None
     if rate.size < MIN_WHOLE_VALUES or (rate != np.round(rate)).any() or np.ptp(rate) == 0.0:
         return
     raise BadInput(
-        f"{path}: all {rate.size} values of {name} are whole numbers ({rate.min():g} to {rate.max():g}): the export lost "
-        "their decimals, or their decimal mark, as by the locale of another country; export with points, or give the "
+        f"{path}: all {rate.size} values of {name} are whole numbers ({rate.min():g} to {rate.max():g}): the export "
+        "lost their decimals, or their decimal mark, as by the locale of another country; export with points, or give the "
         f"factor of a raw number, as in --column {shlex.quote(f'{name}={place}*0.001')}"
     )
 

@@ -116,7 +116,8 @@ def signals_for(
         periods.append(float(f"{np.median(steps):.2g}"))  # a clock's jitter must not show in the settings
     slower = periods[REQUIRED.index(YAW_RATE)] if torque == COMMANDED else max(periods)
     smoothing = max(3.0 * slower, ROTOR_LAG_S)
-    duration = sum(float(np.ptp(recording.time)) for recording in recordings)
+    steps = np.concatenate([np.diff(recording.time) for recording in recordings])
+    duration = float(steps[steps <= MAX_PAUSE_S].sum())  # nothing is sampled in a pause
     narrow = max(3.0 * periods[REQUIRED.index(YAW_RATE)], MIN_HELD_SMOOTHING_S)
     share = 0.0 if torque == MEASURED else _held_share(recordings, narrow)
     if narrow <= smoothing and share >= MIN_HELD_SHARE:
