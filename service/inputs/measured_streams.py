@@ -11,7 +11,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import EFFORTS
 from service.inputs.arming import says_armed, says_something
-from service.inputs.clocks import Clock, set_at, table_time, without_unset
+from service.inputs.clocks import Clock, pace, pace_note, set_at, table_time, without_unset
 from service.inputs.marks import without_marks
 from service.inputs.outputs import first_movement, least_movement, output, without_pulse
 from service.inputs.presets.proposal import Change
@@ -179,7 +179,14 @@ def _times(name: str, source: Source | Thrusters, topic: str, table: Table, cloc
     unset = 0 if stamps is None else int(np.isnan(stamps).sum())
     if unset and own:
         notes.append(f"{unset} of {time.size} messages of {topic} have no stamp: their times of arrival are used")
+    if clock.pace != 1.0 and not own:
+        notes.append(pace_note("yaw_rate", clock.pace))
     if stamps is not None and not own:
+        if clock.of_arrival and (found := pace(_arrival(table, None), stamps)) != 1.0:
+            raise BadInput(
+                f"yaw_rate bears no stamp, and those of {name} run at {found:.3g} times the speed of the arrivals, "
+                "as a simulator's do: the time of the yaw rate's motion is unknown; record it with stamps of the same clock"
+            )
         notes.append(f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used")
     return time
 

@@ -96,7 +96,7 @@ def refuse_whole_numbers(path: Path, rate: Array, name: str, place: str) -> None
         return
     raise BadInput(
         f"{path}: all {rate.size} values of {name} are whole numbers ({rate.min():g} to {rate.max():g}): the export "
-        "lost their decimals, or their decimal mark, as by the locale of another country; export with points, or give the "
+        "lost their decimals, or their decimal mark, as by another locale; export with points, or give the "
         f"factor of a raw number, as in --column {shlex.quote(f'{name}={place}*0.001')}"
     )
 
