@@ -185,7 +185,7 @@ def _times(name: str, source: Source | Thrusters, topic: str, table: Table, cloc
         if clock.of_arrival and (found := pace(_arrival(table, None), stamps)) != 1.0:
             raise BadInput(
                 f"yaw_rate bears no stamp, and those of {name} run at {found:.3g} times the speed of the arrivals, "
-                "as a simulator's do: the time of the yaw rate's motion is unknown; record it with stamps of the same clock"
+                "as a simulator's do: record the yaw rate with stamps of that clock"
             )
         notes.append(f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used")
     return time

@@ -23,6 +23,7 @@ from service.inputs.settings import Inputs, Source, StampUnit, Thruster
 from service.inputs.table import ROWS, Table, Topic, usual_stamp
 from service.inputs.units import STAMP_UNITS
 from service.logs import cutting, self_description
+from service.logs.candidates import ranks
 from service.logs.choosing import choose_vehicle
 from service.logs.cutting import Cut, Span, columns_inside, rows_inside
 from service.logs.log import Log
@@ -111,8 +112,9 @@ def describe(log: Log, description: LogDescription) -> Proposal:
     tables = log.read(names) if (names := self_description.names(ours)) else {}
     parts = parameter_epochs(ours, tables)
     vehicle, absent = self_description.of_vehicle(ours, tables), self_description.absent_batteries(ours, tables)
+    known = ranks(log, ours)
     proposals = [
-        propose(Observation(ours, {**inputs.parameters, **part.parameters}, vehicle, absent), inputs.preset)
+        propose(Observation(ours, {**inputs.parameters, **part.parameters}, vehicle, absent, known), inputs.preset)
         for part in parts
     ]
     found = _with_changes(parts, proposals)

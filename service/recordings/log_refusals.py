@@ -16,13 +16,12 @@ from incsvr.signals import REQUIRED
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.measured_streams import MeasuredStreams
-from service.inputs.settings import Inputs
+from service.inputs.settings import Inputs, Source
 from service.inputs.units import FRACTION
+from service.logs.candidates import MIN_TURN_DEVIATIONS, turning_instead
+from service.logs.log import Log
 from service.recordings.recording import Recording
 
-MIN_TURN_DEVIATIONS = 7.0
-"""The fastest turns (99 %) in deviations of the gyro's noise below which a vehicle did not turn: one at rest shows
-about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
 WILD_FACTOR = 3.0
 """Multiple of an axis's `fastest` beyond which a velocity is no measurement: jolts of real vehicles reach `fastest`."""
 GIVEN_TWICE = "data that was fitted proves nothing: give each recording once, to fit or to validate"
@@ -107,9 +106,24 @@ def stillness(rate: Array, words: AxisWords) -> str | None:
         return None
     noise = white_noise(np.diff(rate, 3))
     fastest = float(np.quantile(np.abs(rate), 0.99))
+    if not rate.any():
+        return f"the {words.rate} is zero in every sample"
     if fastest >= MIN_TURN_DEVIATIONS * noise:
         return None
     return (
         f"the {words.rate} never exceeds its noise (99 % of it are below {fastest:.2g} {words.rate_unit} where the "
         f"gyro scatters by {noise:.1g})"
     )
+
+
+def refuse_still(path: Path, log: Log, source: Source | None, rate: Array, words: AxisWords) -> None:
+    """Refuses a log in which the vehicle never turned, naming what does turn in it.
+
+    Raises:
+        BadInput: it never did.
+    """
+    still = stillness(rate, words)
+    if still is not None:
+        others = "" if source is None else turning_instead(log, source, words.rate_column)
+        cure = others or f"; give a log in which the vehicle {words.turns} both ways"
+        raise BadInput(f"{path}: {still}{cure}")

@@ -27,6 +27,7 @@ from service.inputs.table import ROWS
 from service.inputs.units import SI_UNITS, units_of
 from service.logs import Log, open_any
 from service.logs import reading as logs
+from service.logs.candidates import turning_instead
 from service.logs.cells import CellFault
 from service.logs.csv_log import open_log as open_csv
 from service.logs.cutting import (
@@ -45,7 +46,7 @@ from service.logs.dives import Dive, dives
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.logs.suspect_columns import refuse_without_numbers
-from service.recordings.log_refusals import refuse_fraction, refuse_whole_numbers, stillness
+from service.recordings.log_refusals import refuse_fraction, refuse_still, refuse_whole_numbers
 from service.recordings.recording import (
     Recording,
     column_of_axis,
@@ -204,6 +205,12 @@ class Reading:
         proposal = logs.describe(log, description)
         measured = logs.read(path, log, proposal)
         since = logs.since_1970(log, proposal.inputs, measured) if self.cut else None
+        source = proposal.inputs.yaw_rate
+        if source is not None and self.axis == YAW and not measured.streams["yaw_rate"][0].size:
+            raise BadInput(
+                f"{path}: there is no value of yaw_rate in {source.topic}"
+                + (turning_instead(log, source, "yaw_rate") or f"; `incsvr inspect {path}` shows what there is")
+            )
         recording = self._recording(path, measured, proposal.inputs, since)
         notes = (*proposal.sentences, *measured.notes)
         units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
@@ -213,9 +220,8 @@ class Reading:
         if not self.learns:
             return recording
         recording = _armed_alone(path, recording)
-        still = stillness(recording.streams()["yaw_rate"][1], words_of(self.axis))
-        if still is not None:
-            raise BadInput(f"{path}: {still}; give a log in which the vehicle {words_of(self.axis).turns} both ways")
+        source, rate = proposal.inputs.yaw_rate, recording.streams()["yaw_rate"][1]
+        refuse_still(path, log, source if self.axis == YAW else None, rate, words_of(self.axis))
         return recording
 
     def _recording(self, path: Path, measured: MeasuredStreams, inputs: Inputs, since_1970: float | None) -> Recording:
