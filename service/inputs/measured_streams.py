@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from service.inputs.clocks import Clock, pace, pace_note, set_at, table_time, wi
 from service.inputs.marks import without_marks
 from service.inputs.outputs import first_movement, least_movement, output, without_pulse
 from service.inputs.presets.proposal import Change
+from service.inputs.senders import SENDER, alternates, by_turns, sentence, two_clocks
 from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters
 from service.inputs.table import Table
 from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage, is_pulse, moment
@@ -85,11 +86,13 @@ class MeasuredStreams:
         streams: stamps (n,) [s], strictly increasing, and values (n,) in SI units by name: yaw_rate, torque, channels.
         armed: stamps (n,) [s] and whether the thrusters may turn from then on; None where nothing says so.
         notes: what a person should know of how it came about, one sentence each.
+        doubts: why nothing is to be learned of them, one sentence each.
     """
 
     streams: Mapping[str, Stream]
     armed: Stream | None
     notes: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
 
 def topics_read(inputs: Inputs, *others: Thrusters) -> frozenset[str]:
@@ -126,7 +129,32 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
         streams["torque"], moves = _torque(inputs, changes, tables, clock, notes)
     armed = _armed(inputs, tables, clock, moves, notes)
     there = {name: each for name, each in channels.items() if each[0].size}
-    return MeasuredStreams(streams | there, armed, tuple(dict.fromkeys(notes)))
+    return MeasuredStreams(streams | there, armed, tuple(dict.fromkeys(notes)), tuple(_two_senders(inputs, tables)))
+
+
+def _two_senders(inputs: Inputs, tables: Mapping[str, Table]) -> Iterator[str]:
+    """Sentences on a yaw rate, a torque or commands that two senders send, by their values or their clocks."""
+    places = [
+        (name, each, each.topic, each.field) for name in ("yaw_rate", "torque") if (each := getattr(inputs, name))
+    ]
+    if inputs.thrusters is not None:
+        of_each = zip(inputs.thrusters.each, inputs.thrusters.topics, strict=True)
+        places += [("a thruster's command", inputs.thrusters, topic, each.field) for each, topic in of_each]
+    for name, source, topic, path in places:
+        table = tables[topic]
+        if path not in table.columns:
+            continue
+        stamps, values = _stamps(source, topic, table), table.columns[path]
+        known = by_turns(table.columns[SENDER], values) if SENDER in table.columns else None
+        time = _arrival(table, stamps) if stamps is None else stamps
+        share = alternates(_rising(time, values)[1]) if known is None else known
+        if share is not None:
+            yield sentence(name, topic, share, known is not None)
+        if table.arrival is not None and stamps is not None and two_clocks(table.arrival, stamps):
+            yield (
+                f"the stamps of {topic} are of two clocks by turns: two senders send {name} under one name; let one of "
+                "them be silent, or give it a name of its own, and record again"
+            )
 
 
 def _table(topic: str, tables: Mapping[str, Table]) -> Table:

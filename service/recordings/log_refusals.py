@@ -11,11 +11,12 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.plant.words import AxisWords
+from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import REQUIRED
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.measured_streams import MeasuredStreams
+from service.inputs.senders import alternates, sentence
 from service.inputs.settings import Inputs, Source
 from service.inputs.units import FRACTION
 from service.logs.candidates import MIN_TURN_DEVIATIONS, turning_instead
@@ -127,3 +128,12 @@ def refuse_still(path: Path, log: Log, source: Source | None, rate: Array, words
         others = "" if source is None else turning_instead(log, source, words.rate_column)
         cure = others or f"; give a log in which the vehicle {words.turns} both ways"
         raise BadInput(f"{path}: {still}{cure}")
+
+
+def refuse_two_senders(path: Path, recording: Recording) -> None:
+    """Raises BadInput where the velocity or the effort alternates between two series of values."""
+    words = words_of(recording.axis)
+    for name, called in zip(REQUIRED, (words.rate_column, words.effort_column), strict=True):
+        share = alternates(recording.streams()[name][1])
+        if share is not None:
+            raise BadInput(f"{path}: {sentence(called, 'one name', share)}")

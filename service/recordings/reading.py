@@ -46,7 +46,7 @@ from service.logs.dives import Dive, dives
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.logs.suspect_columns import refuse_without_numbers
-from service.recordings.log_refusals import refuse_fraction, refuse_still, refuse_whole_numbers
+from service.recordings.log_refusals import refuse_fraction, refuse_still, refuse_two_senders, refuse_whole_numbers
 from service.recordings.recording import (
     Recording,
     column_of_axis,
@@ -195,6 +195,8 @@ class Reading:
             except BadInput as error:
                 log = _spelt_otherwise(path, error)
             else:
+                if self.learns:
+                    refuse_two_senders(path, recording)
                 return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
         log = open_any(path) if log is None else log
         refuse_without_numbers(path, log)
@@ -206,6 +208,8 @@ class Reading:
         measured = logs.read(path, log, proposal)
         since = logs.since_1970(log, proposal.inputs, measured) if self.cut else None
         source = proposal.inputs.yaw_rate
+        if self.learns and measured.doubts:
+            raise BadInput(f"{path}: {measured.doubts[0]}")
         if source is not None and self.axis == YAW and not measured.streams["yaw_rate"][0].size:
             raise BadInput(
                 f"{path}: there is no value of yaw_rate in {source.topic}"

@@ -36,6 +36,10 @@ def comma(value: float) -> str:
     return f"{value:.9f}".replace(".", ",")
 
 
+def in_quotes(value: float) -> str:
+    return f'"{comma(value)}"'
+
+
 def dated(spelling: str, begin: datetime) -> Spell:
     return lambda t: (begin + timedelta(seconds=round(t, 3))).strftime(spelling)
 
@@ -63,7 +67,7 @@ READ = {
     "past the hour, without hours": table("time,yaw_rate,torque", dated("%M:%S.%f", NIGHT)),
     "clock set back": table("time,yaw_rate,torque", set_back),
     "clock of t set back": table(OURS, lambda t: f"{t if t < SUMMER_ENDS_S else t - 7.0:.3f}"),
-    "commas in quotes": table('"t","yaw_rate","torque"', *[lambda x: f'"{comma(x)}"'] * 3),
+    "commas in quotes": table('"t","yaw_rate","torque"', in_quotes, in_quotes, in_quotes),
     "thousands with points": table("t;yaw_rate;torque", lambda t: points(1e3 * t), comma, comma, ";"),
     "thousands with points, since 1970": table(
         "t;yaw_rate;torque", lambda t: points(1.7e12 + 1e3 * t), comma, comma, ";"

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin, Writer
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
@@ -15,7 +14,7 @@ from service.inputs.clocks import Clock, ClockOfRate
 from service.recordings.recording import Recording
 from tests.service import link
 from tests.service.logs.dive import BOOT, EPOCH, dive, read
-from tests.service.logs.test_middleware import DIVE, IMU, ROS2, WRENCH, dive_bag, imu, wrench
+from tests.service.logs.test_middleware import DIVE, ROS2, bag_of, dive_bag, imu, wrench
 from tests.service.logs.test_whose import DIVE as SWUM
 from tests.service.logs.test_whose import written
 
@@ -100,20 +99,15 @@ PACED = dive(seconds=40.0)
 
 def paced_bag(path: Path, arrival: Array, torque_stamps: Array | None = None, rate_stamps: Array = PACED.time) -> Path:
     """The dive as a bag of ROS 2 whose Imu bears the stamps of a simulator, or none where they are zero."""
-    types, store = ROS2.types, StoragePlugin.MCAP
-    kind = "geometry_msgs/msg/WrenchStamped"
-    with Writer(path, version=9, storage_plugin=store) as writer:
-        turns = writer.add_connection("/imu/data", IMU, typestore=ROS2)
-        pushes = writer.add_connection("/thrust", WRENCH if torque_stamps is None else kind, typestore=ROS2)
-        for k, (at, rate, torque) in enumerate(zip(arrival, PACED.rate, PACED.torque, strict=True)):
-            turned = imu(ROS2, float(rate_stamps[k]), rate)
-            writer.write(turns, round(1e9 * float(at)), ROS2.serialize_cdr(turned, IMU))
-            pushed = wrench(ROS2, torque)
-            if torque_stamps is not None:
-                header = imu(ROS2, float(torque_stamps[k]), 0.0).header
-                pushed = types[kind](header, pushed)
-            writer.write(pushes, round(1e9 * float(at)) + 1, ROS2.serialize_cdr(pushed, pushed.__msgtype__))
-    return path
+    types = ROS2.types
+    messages = []
+    for k, (at, rate, torque) in enumerate(zip(arrival.tolist(), PACED.rate, PACED.torque, strict=True)):
+        turned, pushed = imu(ROS2, float(rate_stamps[k]), rate), wrench(ROS2, torque)
+        if torque_stamps is not None:
+            header = imu(ROS2, float(torque_stamps[k]), 0.0).header
+            pushed = types["geometry_msgs/msg/WrenchStamped"](header, pushed)
+        messages += [(at, "/imu/data", turned), (at + 1e-6, "/thrust", pushed)]
+    return bag_of(path, messages)
 
 
 @pytest.mark.parametrize("speed", [0.5, 0.33, 1.6, "wavering"])
