@@ -28,7 +28,7 @@ from service.commands.trace_sensors import examine_sensors, sensor_notes, with_h
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.recordings import declared_inertia
-from service.recordings.log_refusals import refuse_twice
+from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
 
@@ -68,7 +68,14 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
 
 def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, OtherVelocities]:
     runs = reading.of_all(args.recordings)
-    recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
+    recordings = [*runs, *reading.whole.of_all(args.validate)]
+    with beside_assumptions(notes_of(recordings)):
+        return _of_recordings(args, reading, config, recordings, len(runs))
+
+
+def _of_recordings(
+    args: argparse.Namespace, reading: Reading, config: Config, recordings: list[Recording], fitted: int
+) -> tuple[Trace, OtherVelocities]:
     refuse_twice(recordings)
     torque = log_configuration.torque_set(config, args)
     coupled = other_velocities.coupled_axis(config, reading.axis, recordings)

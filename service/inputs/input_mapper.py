@@ -198,7 +198,7 @@ class InputMapper:
     def notices(self) -> list[str]:
         """Notes for people on how the measurements are made."""
         inputs, thrusters = self.inputs, self.inputs.thrusters
-        found = []
+        found = list[str]()
         if thrusters is not None and self._configured.thrusters is None and inputs.preset == "blueos":
             doubt = ardusub_frames.assumption(self.parameters)
             found += [doubt] if doubt else []

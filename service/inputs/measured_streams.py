@@ -17,7 +17,7 @@ from service.inputs.outputs import first_movement, least_movement, output, witho
 from service.inputs.presets.proposal import Change
 from service.inputs.senders import SENDER, alternates, by_turns, sentence, two_clocks
 from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters
-from service.inputs.table import Table
+from service.inputs.table import Assumption, Table
 from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage, is_pulse, moment
 from service.inputs.units import STAMP_UNITS
 
@@ -297,7 +297,10 @@ def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arr
             return newest_at(
                 arrival, _arrival(table, _stamps(source, source.topic, table))[real], volts[real], volts[real][0]
             )
-    said = f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V"
+    said = Assumption(
+        f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V "
+        "(--column voltage=NAME gives it)"
+    )
     if settings.voltage is None and settings.curve == "t200" and said not in notes:
         notes.append(said)
     return np.full(arrival.size, T200_NOMINAL_V if settings.voltage is None else settings.voltage)
@@ -357,7 +360,9 @@ def _by_movement(topic: str, moves: float | None, notes: list[str]) -> Stream:
     if moves is None:
         return np.array([0.0]), np.zeros(1)
     notes.append(
-        f"no {topic} message shows whether the vehicle was armed, but its outputs move: it is assumed armed from "
-        f"{moves:.6g} s on"
+        Assumption(
+            f"no {topic} message shows whether the vehicle was armed, but its outputs move: it is assumed armed from "
+            f"{moves:.6g} s on"
+        )
     )
     return np.array([-np.inf, moves]), np.array([0.0, 1.0])

@@ -15,6 +15,10 @@ ROWS = "rows"
 """The name of the one topic of a log that is a table."""
 
 
+class Assumption(str):
+    """A note on what was assumed, with the key that says it: a refusal begins with it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Topic:
     """The fields and the count of messages under one name.

@@ -20,7 +20,7 @@ from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.presets.columns import time_column
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import Inputs, Source, StampUnit, Thruster
-from service.inputs.table import ROWS, Table, Topic, usual_stamp
+from service.inputs.table import ROWS, Assumption, Table, Topic, usual_stamp
 from service.inputs.units import STAMP_UNITS
 from service.logs import cutting, self_description
 from service.logs.candidates import ranks
@@ -237,7 +237,11 @@ def _unit(said: ColumnSpec, stamp: str, named: StampUnit, table: Table) -> tuple
     if time is None or said.stamp_unit == "s":
         return "s", []
     guess = guessed_unit(time)
-    return guess, [] if guess == "s" else [f"the time {stamp!r} is read as {guess}, by its steps"]
+    return guess, [] if guess == "s" else [
+        Assumption(
+            f"the time {stamp!r} is read as {guess}, by its steps (--column {shlex.quote(f't={stamp}:{guess}')})"
+        )
+    ]
 
 
 MIN_STEP_S = 2e-4

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,10 @@ from service.inputs.arming import arming_spans, is_within
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.senders import alternates, sentence
 from service.inputs.settings import Inputs, Source
+from service.inputs.table import Assumption
 from service.inputs.units import FRACTION
 from service.logs.candidates import MIN_TURN_DEVIATIONS, turning_instead
+from service.logs.cutting import EmptyCut
 from service.logs.log import Log
 from service.recordings.recording import Recording
 
@@ -137,3 +140,24 @@ def refuse_two_senders(path: Path, recording: Recording) -> None:
         share = alternates(recording.streams()[name][1])
         if share is not None:
             raise BadInput(f"{path}: {sentence(called, 'one name', share)}")
+
+
+@contextmanager
+def beside_assumptions(notes: Iterable[str]) -> Iterator[None]:
+    """Lets a refusal begin with what was assumed of the logs, by their notes.
+
+    Raises:
+        BadInput: whatever refuses.
+    """
+    try:
+        yield
+    except BadInput as error:
+        assumed = [note for note in dict.fromkeys(notes) if isinstance(note, Assumption) and note not in str(error)]
+        if not assumed or isinstance(error, EmptyCut):
+            raise
+        raise BadInput(f"{'; '.join(assumed)}; {error}") from error
+
+
+def notes_of(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """The notes on all recordings."""
+    return tuple(note for recording in recordings for note in recording.notes)

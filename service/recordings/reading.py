@@ -22,6 +22,7 @@ from service.inputs.arming import Spans, arming_spans, is_within
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
+from service.inputs.presets import Proposal
 from service.inputs.settings import Inputs, Preset, Source
 from service.inputs.table import ROWS
 from service.inputs.units import SI_UNITS, units_of
@@ -46,7 +47,13 @@ from service.logs.dives import Dive, dives
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.logs.suspect_columns import refuse_without_numbers
-from service.recordings.log_refusals import refuse_fraction, refuse_still, refuse_two_senders, refuse_whole_numbers
+from service.recordings.log_refusals import (
+    beside_assumptions,
+    refuse_fraction,
+    refuse_still,
+    refuse_two_senders,
+    refuse_whole_numbers,
+)
 from service.recordings.recording import (
     Recording,
     column_of_axis,
@@ -207,6 +214,13 @@ class Reading:
         proposal = logs.describe(log, description)
         measured = logs.read(path, log, proposal)
         since = logs.since_1970(log, proposal.inputs, measured) if self.cut else None
+        with beside_assumptions((*proposal.sentences, *measured.notes)):
+            return self._of_measured(path, log, proposal, measured, since)
+
+    def _of_measured(
+        self, path: Path, log: Log, proposal: Proposal, measured: MeasuredStreams, since: float | None
+    ) -> Recording:
+        """The measurements of a log as a recording, or why they are none."""
         source = proposal.inputs.yaw_rate
         if self.learns and measured.doubts:
             raise BadInput(f"{path}: {measured.doubts[0]}")
