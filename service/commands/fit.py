@@ -26,6 +26,7 @@ from service.commands.arguments import (
     provenance,
 )
 from service.commands.declaration import add_sign_argument, judge_declaration
+from service.commands.each_log import refuse_odd
 from service.commands.fit_attempt import SMOOTHING
 from service.commands.fit_result import Fit
 from service.config.configuration import Config
@@ -99,6 +100,8 @@ def _of_recordings(
     args: argparse.Namespace, config: Config, reading: Reading, runs: list[Recording], unseen: list[Recording]
 ) -> tuple[Fit, dict[str, Any], str]:
     refuse_twice([*runs, *unseen])
+    if len(runs) + len(unseen) > 1:
+        refuse_odd([*runs, *unseen], [reading.axis], args.assume_sign)
     torque = log_configuration.torque_set(config, args)
     coupled = other_velocities.coupled_axis(config, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, config, runs, torque, coupled)

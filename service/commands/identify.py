@@ -21,6 +21,7 @@ from service.cli.output import add_json_argument, emit, refuse_replacing, writin
 from service.cli.progress import progress
 from service.commands import log_configuration
 from service.commands.arguments import REPORT_WRITER, add_report_argument, provenance
+from service.commands.each_log import body_axes, refuse_frame, refuse_odd
 from service.commands.trace_sensors import examine_sensors, with_heading_sign
 from service.config.configuration import Config
 from service.config.sources import read as read_config
@@ -97,6 +98,8 @@ def _of_recordings(
     refuse_twice([*runs, *unseen])
     for run in (*runs, *unseen):
         refuse_implausible(run)
+    refuse_odd([*runs, *unseen], body_axes(runs))
+    refuse_frame(runs)
     motion = on_grid([run.body_streams() for run in runs])
     test = on_grid([run.body_streams() for run in unseen], motion.step) if unseen else None
     if test is not None:

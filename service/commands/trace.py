@@ -23,6 +23,7 @@ from service.cli.progress import progress
 from service.commands import log_configuration, other_velocities
 from service.commands.arguments import REPORT_WRITER, add_recordings_arguments, add_report_argument, provenance
 from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, judge_declaration
+from service.commands.each_log import refuse_odd
 from service.commands.other_velocities import OtherVelocities
 from service.commands.trace_sensors import examine_sensors, sensor_notes, with_heading_sign
 from service.config.configuration import Config
@@ -77,6 +78,8 @@ def _of_recordings(
     args: argparse.Namespace, reading: Reading, config: Config, recordings: list[Recording], fitted: int
 ) -> tuple[Trace, OtherVelocities]:
     refuse_twice(recordings)
+    if len(recordings) > 1:
+        refuse_odd(recordings, [reading.axis], args.assume_sign)
     torque = log_configuration.torque_set(config, args)
     coupled = other_velocities.coupled_axis(config, reading.axis, recordings)
     inertia, estimate = declared_inertia.inertia(args.inertia, config, recordings[:fitted], torque, coupled)

@@ -67,6 +67,8 @@ class InputMapper:
         self, inputs: Inputs, parameters: Mapping[str, Any] | None = None, further: tuple[Axis, ...] = ()
     ) -> None:
         self._configured, self._further = inputs, further
+        if inputs.velocity_frame != "body" or any(inputs.velocity_place):
+            raise BadInput("inputs.velocity_frame and inputs.velocity_place are applied to logs alone; leave them out")
         self.keys = bus_keys.key_expressions(inputs)
         for place in inputs.places():
             decoder(place.form)

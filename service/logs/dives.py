@@ -324,7 +324,7 @@ def _part(path: Path, description: LogDescription) -> Part:
     """A file with what is in it; without, where it cannot be read: who reads it next says why."""
     try:
         log = open_any(path)
-        return Part(path, log, *_span(log, description))
+        return Part(path, log, *_span(log, description.of(path.name)))
     except BadInput:
         return Part(path)
 

@@ -13,7 +13,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.clocks import table_time
-from service.inputs.column_spec import ColumnSpec, parse_columns
+from service.inputs.column_spec import ColumnSpec, parse_columns, split_file
 from service.inputs.measured_streams import MeasuredStreams, measure, topics_read
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observation, Proposal, propose
@@ -94,6 +94,15 @@ class LogDescription:
 
     columns: Sequence[str]
     inputs: Inputs
+
+    def of(self, name: str) -> LogDescription:
+        """The description of one log by its name: the flags for all, and those for it alone."""
+        split = [split_file(text) for text in self.columns]
+        if not any(file for file, _ in split):
+            return self
+        own = {rest.partition("=")[0] for file, rest in split if file == name}
+        kept = [rest for file, rest in split if file == name or (not file and rest.partition("=")[0] not in own)]
+        return replace(self, columns=tuple(kept))
 
 
 NO_DESCRIPTION = LogDescription((), Inputs())

@@ -16,6 +16,7 @@ from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import REQUIRED
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
+from service.inputs.column_spec import of_this_log
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.senders import alternates, sentence
 from service.inputs.settings import Inputs, Source
@@ -53,7 +54,7 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words
     raise BadInput(f"{path}: {cure}")
 
 
-def refuse_implausible(recording: Recording) -> None:
+def refuse_implausible(recording: Recording, several: bool = False) -> None:
     """Raises BadInput where a velocity of any axis is one that no vehicle has: a wild value, or one in another unit."""
     streams = recording.body_streams()
     for axis in AXES.values():
@@ -61,12 +62,14 @@ def refuse_implausible(recording: Recording) -> None:
         limit = WILD_FACTOR * axis.fastest
         beyond = np.flatnonzero(np.abs(values) > limit)
         if beyond.size:
+            place = recording.places.get(axis.rate, axis.rate).partition(":")[0]
             unit, other = ("m/s", "kn") if axis.along else ("rad/s", "deg/s")
-            raise BadInput(
+            sentence = (
                 f"{recording.name}: {axis.rate} is {values[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the "
                 f"plausible ±{limit:g} {unit}; correct it, or give its unit, such as --column "
-                f"{axis.rate}=NAME:{other}"
+                f"{axis.rate}={place}:{other}"
             )
+            raise BadInput(of_this_log(sentence, recording.name) if several else sentence)
 
 
 def refuse_twice(recordings: Sequence[Recording], why: str = GIVEN_TWICE) -> None:

@@ -20,7 +20,7 @@ from service.cli.progress import progress
 from service.config.configuration import Config
 from service.inputs.arming import Spans, arming_spans, is_within
 from service.inputs.clocks import table_time
-from service.inputs.column_spec import typed_source, typed_source_with_unit
+from service.inputs.column_spec import of_this_log, split_file, typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.presets import Proposal
 from service.inputs.settings import Inputs, Preset, Source
@@ -64,6 +64,7 @@ from service.recordings.recording import (
 )
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.recording_csv import read as read_recording
+from service.recordings.velocities import in_body
 
 
 def cut_recording(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:
@@ -102,6 +103,7 @@ class Reading:
             that effects are looked for in.
         axis: which is meant.
         cut: the part of each recording that is taken.
+        several: whether a command reads several logs, of which one may need flags of its own.
     """
 
     description: LogDescription = NO_DESCRIPTION
@@ -111,6 +113,7 @@ class Reading:
     ours_whole: bool = False
     axis: Axis = YAW
     cut: Cut = WHOLE_LOG
+    several: bool = False
 
     @staticmethod
     def of(args: argparse.Namespace, config: Config) -> Reading:
@@ -119,7 +122,13 @@ class Reading:
         inputs = config.inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
         columns = tuple(column_of_axis(text, axis) for text in args.column)
-        return replace(Reading.configured(config, axis), description=LogDescription(columns, inputs), cut=Cut.of(args))
+        _refuse_other_files(args)
+        return replace(
+            Reading.configured(config, axis),
+            description=LogDescription(columns, inputs),
+            cut=Cut.of(args),
+            several=len(_files(args)) > 1,
+        )
 
     @staticmethod
     def configured(config: Config, axis: Axis | None = None) -> Reading:
@@ -156,6 +165,8 @@ class Reading:
                     found.append(self._of_dive(dive))
                 except EmptyCut as error:
                     left_out.append(error)
+                except BadInput as error:
+                    raise self._named(error, dive.path.name) from None
                 advance()
         if left_out and not found:
             raise left_out[0]
@@ -165,11 +176,18 @@ class Reading:
         return found
 
     def _of_dive(self, dive: Dive) -> Recording:
+        mine = self.description.of(dive.path.name)
+        if mine != self.description:
+            return replace(self, description=mine)._of_dive(dive)
         ours = self.description == NO_DESCRIPTION and all(is_ours(part.path, self.axis) for part in dive.parts)
         if len(dive.parts) == 1:
             return self.of_one(dive.parts[0].path, None if ours else dive.parts[0].log)
         recording = self._continued(dive) if ours else self.of_one(dive.path, dive.opened(self.description))
         return replace(recording, name=dive.name, notes=(*dive.notes, *recording.notes))
+
+    def _named(self, error: BadInput, name: str) -> BadInput:
+        """A refusal of one log of several, whose flags are for that one alone."""
+        return type(error)(of_this_log(str(error), name)) if self.several else error
 
     def _continued(self, dive: Dive) -> Recording:
         """Our own recordings that are parts of one dive."""
@@ -233,7 +251,7 @@ class Reading:
         notes = (*proposal.sentences, *measured.notes)
         units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
         recording = replace(recording, notes=notes, places=_places(proposal.inputs), units=units)
-        recording = put_back(recording, self.axis)
+        recording = in_body(put_back(recording, self.axis), proposal.inputs)
         refuse_fraction(path, proposal.inputs, measured, words_of(self.axis))
         if not self.learns:
             return recording
@@ -299,9 +317,23 @@ def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
     raise refusal
 
 
+def _files(args: argparse.Namespace) -> list[Path]:
+    """The logs that a command reads."""
+    return [path for name in ("recordings", "dives", "validate") for path in getattr(args, name, ())]
+
+
+def _refuse_other_files(args: argparse.Namespace) -> None:
+    """Raises BadInput where `--column FILE:NAME=FIELD` names a log that is not read."""
+    names = [path.name for path in _files(args)]
+    for text in args.column:
+        file, _ = split_file(text)
+        if file and file not in names:
+            raise BadInput(f"--column {text}: there is no log {file} among {', '.join(names[:6])}")
+
+
 def _places(inputs: Inputs) -> dict[str, str]:
-    """The sources of yaw rate and torque, with their units as a person types them."""
-    sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque}
+    """The sources of all quantities, with their units as a person types them."""
+    sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque, **inputs.channels}
     return {name: typed_source_with_unit(source) for name, source in sources.items() if source is not None}
 
 
@@ -407,8 +439,8 @@ def read_body(reading: Reading, paths: Sequence[Path]) -> list[Recording]:
 def _axis_without_yaw(path: Path, description: LogDescription) -> Axis | None:
     """The first axis whose velocity and effort are columns of a table that lacks yaw rate or torque; None without."""
     log = open_any(path)
-    if not {YAW.rate, YAW.effort} & logs.describe(log, description).missing.keys():
+    if not {YAW.rate, YAW.effort} & logs.describe(log, description.of(path.name)).missing.keys():
         return None
     there = {field for topic in log.topics if topic.name == ROWS for field in topic.fields}
-    there |= {text.partition("=")[0] for text in description.columns}
+    there |= {text.partition("=")[0] for text in description.of(path.name).columns}
     return next((axis for axis in AXES.values() if axis != YAW and {axis.rate, axis.effort} <= there), None)
