@@ -251,7 +251,7 @@ class Reading:
         notes = (*proposal.sentences, *measured.notes)
         units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
         recording = replace(recording, notes=notes, places=_places(proposal.inputs), units=units)
-        recording = in_body(put_back(recording, self.axis), proposal.inputs)
+        recording = in_body(put_back(recording, self.axis), self.description.inputs)
         refuse_fraction(path, proposal.inputs, measured, words_of(self.axis))
         if not self.learns:
             return recording
