@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from incsvr.checks.filtered_export import filtered_export
 from incsvr.checks.heading_against_rate import beside_yaw_rate
 from incsvr.checks.offsets import offsets, unsteady
 from incsvr.compensation.effects_in_force import Compensation
@@ -52,6 +53,8 @@ def remarks_of(recording: Recording, smoothing: float) -> list[str]:
     said = [
         in_bursts(words.stream(name), apart) for name in REQUIRED if (apart := bursts(streams[name][0])) is not None
     ]
+    exported = None if said else filtered_export(streams[YAW_RATE], streams[TORQUE])
+    said += [] if exported is None else [words.fill(exported)]
     clock = None if said else unsteady(offsets(streams[YAW_RATE], streams[TORQUE], smoothing))
     with_heading = recording.axis == YAW and HEADING in streams
     heading = beside_yaw_rate(streams[YAW_RATE], streams[HEADING]) if with_heading else None
