@@ -186,7 +186,8 @@ def _stamps(source: Source | Thrusters | Armed, topic: str, table: Table) -> Arr
 
 def _arrival(table: Table, stamps: Array | None) -> Array:
     """The times of writing of the messages [s], or their stamps if there are no others."""
-    arrival = stamps if table.arrival is None else table.arrival
+    unset = table.arrival is not None and stamps is not None and table.arrival.size > 1 and not np.ptp(table.arrival)
+    arrival = stamps if table.arrival is None or unset else table.arrival
     if arrival is None:
         raise BadInput("no column of the time is known: name it, as in --column t=stamp:ms")
     return arrival
