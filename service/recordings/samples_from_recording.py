@@ -53,9 +53,9 @@ def remarks_of(recording: Recording, smoothing: float) -> list[str]:
     said = [
         in_bursts(words.stream(name), apart) for name in REQUIRED if (apart := bursts(streams[name][0])) is not None
     ]
-    exported = None if said else filtered_export(streams[YAW_RATE], streams[TORQUE])
-    said += [] if exported is None else [words.fill(exported)]
     clock = None if said else unsteady(offsets(streams[YAW_RATE], streams[TORQUE], smoothing))
+    if clock is None and not said and (exported := filtered_export(streams[YAW_RATE], streams[TORQUE])) is not None:
+        said.append(words.fill(exported))
     with_heading = recording.axis == YAW and HEADING in streams
     heading = beside_yaw_rate(streams[YAW_RATE], streams[HEADING]) if with_heading else None
     clock = None if clock is None else in_words_of(recording.axis, clock)
