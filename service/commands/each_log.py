@@ -17,6 +17,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, Axis
 from incsvr.plant.words import words_of
+from service.logs.suspect_columns import heading_in_degrees
 from service.recordings.recording import Recording
 from service.recordings.velocities import heading_at
 
@@ -155,6 +156,11 @@ def refuse_frame(runs: Sequence[Recording]) -> None:
     seen = _in_plane(runs)
     if not seen:
         return
+    for run, _, _ in seen:
+        streams = run.body_streams()
+        if "heading" in streams and heading_in_degrees(streams["heading"], streams["yaw_rate"]):
+            flag = column(run, "heading", ":deg", len(runs) > 1)
+            raise BadInput(f"{run.name}: heading looks like degrees and is read as radians: give {flag}")
     parts = [part for _, part, _ in seen]
     whole, headings = reduce(Filtered.joined, parts), [each for _, _, each in seen if each is not None]
     found, heading = planar(whole), np.concatenate(headings) if len(headings) == len(parts) else None

@@ -18,7 +18,9 @@ from service.number import number_of
 EMPTY_CELLS = {"", "nan", "na", "n/a", "null", "none", "-"}
 """The cells in whose place nothing was sampled."""
 DAY_S, HOUR_S = 86_400.0, 3600.0
-_CLOCK = re.compile(r"^(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:[.,]\d+)?)\s*([ap])?\.?(?:m\.?)?$", re.IGNORECASE)
+_CLOCK = re.compile(
+    r"^(?:(\d+) days? )?(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:[.,]\d+)?)\s*([ap])?\.?(?:m\.?)?$", re.IGNORECASE
+)
 _DATE = re.compile(r"^(\d{1,4})([./-])(\d{1,2})\2(\d{1,4})[ T,]+(.*)$")
 _GROUPS = {"'": "'’ \u00a0\u202f", ".": ".", ",": ","}
 """Marks between thousands: those that only group, and the two that may be a decimal mark instead."""
@@ -192,9 +194,9 @@ def _of_day(cell: str) -> float | None:
     found = _CLOCK.match(cell)
     if found is None:
         return None
-    hour, half = float(found[1] or 0), (found[4] or "").lower()
+    hour, half = float(found[2] or 0), (found[5] or "").lower()
     hour = hour if not half else hour % 12.0 + 12.0 * (half == "p")
-    return HOUR_S * hour + 60.0 * float(found[2]) + float(found[3].replace(",", "."))
+    return DAY_S * float(found[1] or 0) + HOUR_S * hour + 60.0 * float(found[3]) + float(found[4].replace(",", "."))
 
 
 def _past_midnight(values: Array, cells: Sequence[str]) -> Array:

@@ -45,7 +45,7 @@ def open_log(path: Path) -> TableLog:
     """
     text = _text(path)
     lines = text.lstrip("\ufeff").splitlines()
-    while lines and not lines[0].strip():
+    while lines and (not lines[0].strip() or lines[0].lower().startswith("sep=")):  # a spreadsheet's own line
         lines.pop(0)
     if not lines:
         raise BadInput(f"{path}: the file is empty; a log begins with a header that names its columns")

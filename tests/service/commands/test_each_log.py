@@ -103,6 +103,7 @@ def test_vehicles_of_one_hand_pass(tmp_path: Path) -> None:
         (at(ONE, -0.25, 0.3), "velocities of a place 0.25 m behind where the efforts act, and 0.30 m beside it"),
         (in_world(ONE, False), "look like velocities to the north and east"),
         (in_world(ONE, True), "look like velocities to the east and north"),
+        ({**ONE, "heading": np.degrees(ONE["heading"])}, "heading looks like degrees"),
     ],
 )
 def test_another_hand_place_or_frame_is_named_and_its_cure_mends_it(
