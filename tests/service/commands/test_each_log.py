@@ -65,7 +65,7 @@ def in_world(columns: dict[str, Array], swapped: bool) -> dict[str, Array]:
 
 
 def saved(folder: Path, name: str, columns: dict[str, Array]) -> Path:
-    time = STEP_S * np.arange(columns["yaw_rate"].size)
+    time: Array = np.asarray(STEP_S * np.arange(columns["yaw_rate"].size), dtype=np.float64)
     write(folder / name, Recording(name, time, columns))
     return folder / name
 
@@ -135,7 +135,7 @@ def yaw_alone(columns: dict[str, Array]) -> dict[str, Array]:
 
 
 def late(values: Array, samples: int) -> Array:
-    return values[np.maximum(np.arange(values.size) - samples, 0)]
+    return np.asarray(values[np.maximum(np.arange(values.size) - samples, 0)])
 
 
 def spinning(seed: int) -> dict[str, Array]:

@@ -132,16 +132,17 @@ def test_means_of_a_database_are_remarked(trouble: Path, capsys: pytest.CaptureF
     assert "means or thinned samples, which do not show its acceleration; export the raw" in capsys.readouterr().out
 
 
-TIME: Array = STEP_S * np.arange(MAY["torque"].size)
+TIME: Array = np.asarray(STEP_S * np.arange(MAY["torque"].size), dtype=np.float64)
 EVERY = TIME[::10]
 
 
 def averaged(values: Array, count: int) -> Array:
-    return values[: values.size // count * count].reshape(-1, count).mean(axis=1)
+    return np.asarray(values[: values.size // count * count].reshape(-1, count).mean(axis=1))
 
 
 def both_ways(values: Array, width: int) -> Array:
-    return np.convolve(np.pad(values, width, mode="edge"), np.ones(2 * width + 1) / (2 * width + 1), "valid")
+    kernel = np.ones(2 * width + 1) / (2 * width + 1)
+    return np.asarray(np.convolve(np.pad(values, width, mode="edge"), kernel, "valid"), dtype=np.float64)
 
 
 @pytest.mark.parametrize(
