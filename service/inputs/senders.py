@@ -27,6 +27,8 @@ MAX_MIRROR_SHARE = 0.05
 """The same of the middle between the two series where a command merely goes to and fro at every sample."""
 MAX_LATE_S = 60.0
 """The time by which a message may come again [s]: what is older is of another clock."""
+HALF_SHARE = 0.4
+"""Share of the second series from which on it is half."""
 APART_S = 1.0
 """The difference of two clocks from which on they are two [s]."""
 
@@ -81,9 +83,10 @@ def sentence(name: str, topic: str, share: float, known: bool = False) -> str:
             f"{name} comes by turns from two senders on {topic}, which the log names, {100.0 * share:.0f} % of it from "
             "the rarer one; let one of them be silent, or give it a name of its own, and record again"
         )
+    part = "half" if share > HALF_SHARE else "a part"  # in health it must not change with every message
     return (
-        f"{name} alternates between two series of values, {100.0 * share:.0f} % of them of the second: two senders on "
-        f"{topic}, or drop-outs; let one of them be silent, or give it a name of its own, and record again"
+        f"{name} alternates between two series of values, {part} of them of the second: two senders on {topic}, or "
+        "drop-outs; let one of them be silent, or give it a name of its own, and record again"
     )
 
 
