@@ -129,7 +129,8 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
         streams["torque"], moves = _torque(inputs, changes, tables, clock, notes)
     armed = _armed(inputs, tables, clock, moves, notes)
     there = {name: each for name, each in channels.items() if each[0].size}
-    return MeasuredStreams(streams | there, armed, tuple(dict.fromkeys(notes)), tuple(_two_senders(inputs, tables)))
+    doubts = tuple(_two_senders(inputs, tables))
+    return MeasuredStreams(streams | there, armed, tuple(dict.fromkeys((*doubts, *notes))), doubts)
 
 
 def _two_senders(inputs: Inputs, tables: Mapping[str, Table]) -> Iterator[str]:
