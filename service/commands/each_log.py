@@ -69,9 +69,11 @@ def refuse_odd(runs: Sequence[Recording], axes: Sequence[Axis], sign_known: bool
         words = words_of(axis)
         for run, found in seen:
             if found.opposed and not sign_known:
+                held = not run.places or axis.effort in run.places  # thrusters make the effort else
+                turned_one = column(run, axis.effort if held else axis.rate, "-", several)
                 raise BadInput(
                     f"{run.name}: {words.name} {words.effort} and {words.rate} count in opposite directions; turn one "
-                    f"of them: {column(run, axis.effort, '-', several)}"
+                    f"of them: {turned_one}"
                 )
         for run, found in seen if several else ():
             others = [other for each, other in seen if each is not run]
