@@ -25,11 +25,10 @@ LEAD_PERIODS = 3
 """Periods of the rate before a step within which an early answer is looked for."""
 MAX_EFFORT_PERIODS = 1.5
 """Periods of the rate that one of the effort is at most: a slower one is stamped when it is known."""
-EARLY_DEVIATIONS = 5.0
+EARLY_DEVIATIONS = 3.5
 """Standard errors of an answer before its cause."""
-MIN_EARLY_SHARE = 0.26
-"""Answer before a step in parts of that in as long a time after it: commands that a clock of their own samples, late by
-up to a period, make 0.23, a mean over seven samples 0.39."""
+MIN_EARLY_SHARE = 0.08
+"""Answer before a step in parts of that in as long a time after it: a jitter of stamps makes less."""
 MAX_PERIODS = 0.7
 """Periods within which a vehicle settles that is sampled too slowly: by then its motion shows no acceleration."""
 RAW = "export the raw samples: the curve may be wrong by its own size, whatever error is given beside"
@@ -79,7 +78,7 @@ def answers_early(rate: Stream, effort: Stream) -> bool:
     (time, values), (stamps, command) = rate, effort
     size = np.abs(np.diff(command))
     steps = 1 + np.flatnonzero(size > 0.2 * np.std(command))
-    reach = LEAD_PERIODS + 2
+    reach = LEAD_PERIODS + 3
     held = [
         k
         for k in steps
@@ -91,7 +90,7 @@ def answers_early(rate: Stream, effort: Stream) -> bool:
     slow = float(np.median(np.diff(stamps))) > MAX_EFFORT_PERIODS * period
     if slow or len(held) < MIN_STEPS:
         return False
-    at, lead = stamps[held], LEAD_PERIODS
+    at, lead = stamps[held] - period, LEAD_PERIODS  # a command on a clock of its own is late by up to a period
     before, last, now, after = (np.interp(at + k * period, time, values) for k in (-lead - 1, -lead, 0, lead))
     old, change = command[np.array(held) - 1], command[held] - command[np.array(held) - 1]
     ahead = least_squares(now - last, [last, last * np.abs(last), old, last - before, change])
