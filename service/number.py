@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 
 def number_of(text: str) -> float:
     """The number that a text is; ValueError where it is none."""
@@ -15,3 +17,10 @@ def whole_number_of(text: str) -> int:
     if "_" in text:
         raise ValueError(f"{text} is no whole number")
     return int(text)
+
+
+def decimal_comma(text: str) -> str:
+    """The clause on a number whose decimal mark is a comma; empty for all others."""
+    if not re.fullmatch(r"[+-]?\d*,\d+", text.strip()):
+        return ""
+    return f"; its decimal mark is a comma, as in some locales: write {text.strip().replace(',', '.')}"

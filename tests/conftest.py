@@ -29,6 +29,15 @@ def field_logs() -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def trouble() -> Path:
+    """The folder of troubles that people had in public, beside the checkout; they are never copied here."""
+    folder = ROOT.parent / "shared" / "trouble"
+    if not folder.is_dir():
+        pytest.skip("the troubles of others are not beside this checkout (../shared/trouble)")
+    return folder
+
+
 # One set of examples for everybody: a failure that somebody sees, everybody sees.
 settings.register_profile("ci", derandomize=True, deadline=None, print_blob=True)
 settings.register_profile("explore", deadline=None)

@@ -25,9 +25,16 @@ from service.cli.extras import how_to_install
 from service.cli.output import add_json_argument, emit, refuse_unwritable
 from service.commands import log_configuration
 from service.commands.arguments import REPORT_WRITER, add_report_argument, provenance
+from service.commands.each_log import body_axes, refuse_frame, refuse_odd
 from service.commands.identify import TAKES, configured
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
-from service.recordings.log_refusals import DIVE_GIVEN_TWICE, refuse_implausible, refuse_twice
+from service.recordings.log_refusals import (
+    DIVE_GIVEN_TWICE,
+    beside_assumptions,
+    notes_of,
+    refuse_implausible,
+    refuse_twice,
+)
 from service.recordings.reading import Reading, add_log_arguments, read_body
 from service.recordings.recording import Recording
 
@@ -94,8 +101,11 @@ def answer(args: argparse.Namespace) -> Comparison:
     recordings = [read_body(reading, [path])[0] for path in args.dives]
     refuse_twice(recordings, DIVE_GIVEN_TWICE)
     for recording in recordings:
-        refuse_implausible(recording)
+        refuse_implausible(recording, reading.several)
     recordings, order = _in_order(recordings)
+    with beside_assumptions(notes_of(recordings)):
+        refuse_odd(recordings, body_axes(recordings), delays=True)
+        refuse_frame(recordings)
     streams = [recording.body_streams() for recording in recordings]
     step = on_grid(streams).step
     motions = [on_grid([each], step) for each in streams]

@@ -36,10 +36,12 @@ class Cures:
     Attributes:
         scale: the flag that scales the torque.
         turn: which flag turns the sign of which of the two.
+        in_radians: the flag that takes a rate in degrees per second for one in radians; empty where it is in others.
     """
 
     scale: str
     turn: str
+    in_radians: str = ""
 
     @staticmethod
     def of(recording: Recording) -> Cures:
@@ -49,7 +51,12 @@ class Cures:
         scale = f"--column {axis.effort}=…*SCALE" if torque is None else _flag(axis.effort, _scaled(torque))
         if torque is None and rate is not None:  # thrusters make the torque, and no column holds it
             return Cures(scale, f"`{_flag(axis.rate, _turned(rate))}` turns the {words.rate}'s")
-        return Cures(scale, f"`{_turning_torque(axis, torque)}` turns the {words.effort}'s")
+        unit = (
+            shlex.quote(f"{axis.rate}={rate.removesuffix(':deg/s')}:rad/s") if rate and rate.endswith(":deg/s") else ""
+        )
+        return Cures(
+            scale, f"`{_turning_torque(axis, torque)}` turns the {words.effort}'s", f"--column {unit}" * bool(unit)
+        )
 
     @property
     def of_sign(self) -> str:
@@ -92,6 +99,8 @@ MIN_PER_CENT = 20.0
 """A log in per cent of full thrust reaches at least this."""
 MAX_PER_CENT = 100.0
 """Full thrust."""
+DEGREE_FACTORS = 30.0, 110.0
+"""Between which factors the inertia seems too small where rad/s are taken for deg/s: 57, and what hides."""
 MILLISECOND_FACTORS = 300.0, 3000.0
 """Between which factors the inertia seems too small where stamps in ms are taken for s: a thousand, and what hides."""
 
@@ -186,6 +195,8 @@ def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures, words: 
         f"the declared {words.inertia} needs {shown.asked:.2g} times the {words.effort} in this log ({declared:.4g} "
         f"{words.inertia_unit} declared, about {shown.middle:.2g} {words.inertia_unit} by the motion)"
     )
+    if cures.in_radians and DEGREE_FACTORS[0] <= shown.middle / declared <= DEGREE_FACTORS[1]:
+        return f"{asks}, as if a {words.rate} in rad/s were read as deg/s, as its name says: give `{cures.in_radians}`"
     unit, own = _unit(shown, declared, words.effort), "declare the vehicle's own with --inertia"
     if MILLISECOND_FACTORS[0] <= shown.middle / declared <= MILLISECOND_FACTORS[1]:
         return f"{asks}, as if stamps in milliseconds were read as seconds: give `--column t=t:ms`, or {own}"

@@ -26,6 +26,7 @@ from service.commands.arguments import (
     provenance,
 )
 from service.commands.declaration import add_sign_argument, judge_declaration
+from service.commands.each_log import refuse_odd
 from service.commands.fit_attempt import SMOOTHING
 from service.commands.fit_result import Fit
 from service.config.configuration import Config
@@ -33,7 +34,7 @@ from service.config.sources import read as read_config
 from service.config.sources import sections
 from service.config.traced_effects import TracedEffects, configured_effects, read_effects
 from service.recordings import declared_inertia
-from service.recordings.log_refusals import refuse_twice
+from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import signals_for, with_smoothing
@@ -91,7 +92,16 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
     """The result of a fit, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
+    with beside_assumptions(notes_of([*runs, *unseen])):
+        return _of_recordings(args, config, reading, runs, unseen)
+
+
+def _of_recordings(
+    args: argparse.Namespace, config: Config, reading: Reading, runs: list[Recording], unseen: list[Recording]
+) -> tuple[Fit, dict[str, Any], str]:
     refuse_twice([*runs, *unseen])
+    if len(runs) + len(unseen) > 1:
+        refuse_odd([*runs, *unseen], [reading.axis], args.assume_sign)
     torque = log_configuration.torque_set(config, args)
     coupled = other_velocities.coupled_axis(config, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, config, runs, torque, coupled)

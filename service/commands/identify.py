@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -21,12 +21,13 @@ from service.cli.output import add_json_argument, emit, refuse_replacing, writin
 from service.cli.progress import progress
 from service.commands import log_configuration
 from service.commands.arguments import REPORT_WRITER, add_report_argument, provenance
+from service.commands.each_log import body_axes, refuse_frame, refuse_odd
 from service.commands.trace_sensors import examine_sensors, with_heading_sign
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.vehicle_file import MARK, is_name, read_values, write_vehicle
 from service.number import number_of
-from service.recordings.log_refusals import refuse_implausible, refuse_twice
+from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_implausible, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments, read_body
 from service.recordings.recording import Recording, of_axis
 from service.wire.section import entries_of
@@ -83,9 +84,22 @@ def answer(args: argparse.Namespace, began: Began = lambda step, count: None) ->
     given |= masses
     reading = Reading.of(args, config)
     runs, unseen = read_body(reading, args.recordings), read_body(reading.whole, args.validate)
+    with beside_assumptions(notes_of([*runs, *unseen])):
+        return _of_recordings(args, runs, unseen, given, began)
+
+
+def _of_recordings(
+    args: argparse.Namespace,
+    runs: list[Recording],
+    unseen: list[Recording],
+    given: Mapping[tuple[str, str], float],
+    began: Began,
+) -> tuple[Identified, tuple[str, ...]]:
     refuse_twice([*runs, *unseen])
     for run in (*runs, *unseen):
         refuse_implausible(run)
+    refuse_odd([*runs, *unseen], body_axes(runs))
+    refuse_frame(runs)
     motion = on_grid([run.body_streams() for run in runs])
     test = on_grid([run.body_streams() for run in unseen], motion.step) if unseen else None
     if test is not None:

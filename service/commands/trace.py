@@ -23,12 +23,13 @@ from service.cli.progress import progress
 from service.commands import log_configuration, other_velocities
 from service.commands.arguments import REPORT_WRITER, add_recordings_arguments, add_report_argument, provenance
 from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, judge_declaration
+from service.commands.each_log import refuse_odd
 from service.commands.other_velocities import OtherVelocities
 from service.commands.trace_sensors import examine_sensors, sensor_notes, with_heading_sign
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.recordings import declared_inertia
-from service.recordings.log_refusals import refuse_twice
+from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
 
@@ -68,8 +69,17 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
 
 def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, OtherVelocities]:
     runs = reading.of_all(args.recordings)
-    recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
+    recordings = [*runs, *reading.whole.of_all(args.validate)]
+    with beside_assumptions(notes_of(recordings)):
+        return _of_recordings(args, reading, config, recordings, len(runs))
+
+
+def _of_recordings(
+    args: argparse.Namespace, reading: Reading, config: Config, recordings: list[Recording], fitted: int
+) -> tuple[Trace, OtherVelocities]:
     refuse_twice(recordings)
+    if len(recordings) > 1:
+        refuse_odd(recordings, [reading.axis], args.assume_sign)
     torque = log_configuration.torque_set(config, args)
     coupled = other_velocities.coupled_axis(config, reading.axis, recordings)
     inertia, estimate = declared_inertia.inertia(args.inertia, config, recordings[:fitted], torque, coupled)

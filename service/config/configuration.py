@@ -23,6 +23,7 @@ from service.config.core_yaml import quote
 from service.config.sections import Archive, Bus, HealthLimits, Learner, Signals, Tracing, Vehicle
 from service.inputs.settings import Axis as AxisName
 from service.inputs.settings import Inputs
+from service.number import decimal_comma
 from service.wire import Keys
 from service.wire.json_text import json_text
 from service.wire.section import Name, Prefix, Section
@@ -270,6 +271,7 @@ def validate(values: Mapping[str, Any], where: Mapping[tuple[str, ...], str]) ->
             reason = f"{named or 'the configuration'}: {first['msg'].removeprefix('Value error, ')}"
             if not isinstance(first["input"], Mapping):
                 reason += f", not {_written(first['input'])}"
+            reason += decimal_comma(str(first["input"]))
             if first["type"] == "string_type":
                 reason += "; write a text in quotes"
         raise BadInput(f"{source}: {reason}" if source else reason) from None

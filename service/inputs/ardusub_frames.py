@@ -10,6 +10,7 @@ from typing import Any
 from service.inputs.arming import MAX_WHOLE_NUMBER
 from service.inputs.forms import as_float
 from service.inputs.settings import Sign, Thruster
+from service.inputs.table import Assumption
 from service.inputs.vehicle_kind import MOTOR_FUNCTIONS, output_functions
 
 FRAME_NAMES = {1: "BlueROV2", 2: "BlueROV2 Heavy"}
@@ -33,19 +34,17 @@ def concerns_thrusters(name: str) -> bool:
     return of_outputs or name in ("FRAME_CONFIG", "FRAME_CLASS")
 
 
-def assumption(parameters: Mapping[str, float]) -> str | None:
+def assumption(parameters: Mapping[str, float]) -> Assumption | None:
     """The assumptions on thrusters whose parameters the vehicle did not send: one sentence with its cure."""
     untold = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(YAW_SHARES) + 1)]
     untold = [name for name in ("FRAME_CONFIG", *untold) if name not in parameters]
     if not untold:
         return None
-    taken = (
-        "a BlueROV2 (frame 1) with motors that turn forward" if "FRAME_CONFIG" in untold else "motors that turn forward"
-    )
-    return (
-        f"the vehicle has not sent {untold[0]}{' and others' if len(untold) > 1 else ''}: assumed {taken}; otherwise "
-        "the torque is wrong. Let a ground station load the parameters while the vehicle is recorded or listened to, "
-        "or write them into inputs.parameters"
+    taken = "a BlueROV2 (frame 1, T200 thrusters), all " if "FRAME_CONFIG" in untold else ""
+    example = ", ".join(f"{name}: {2 if name == 'FRAME_CONFIG' else -1}" for name in untold[:2])
+    return Assumption(
+        f"the vehicle has not sent {untold[0]}{' and others' * (len(untold) > 1)}: assumed {taken}directions +1; "
+        f"if its own are others, give them, as in --set 'inputs.parameters={{{example}}}'"
     )
 
 

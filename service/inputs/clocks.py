@@ -8,6 +8,7 @@ stamps, everything else is placed by its arrival. Both clocks may be set under w
 from __future__ import annotations
 
 from collections import Counter, deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import isfinite
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from incsvr.numerics import Array
 from service.inputs.source_binding import RATE
+from service.inputs.table import Table
 
 WRAP_S = 2.0**32 * 1e-6
 """The time after which a stamp of 32 bits in µs begins anew [s]."""
@@ -42,12 +44,18 @@ class Clock:
         apart: (m,) arrival minus stamp of a message that is on time [s].
         shift: (m,) what makes one time that goes on of the stamps [s].
         sets: when the log's clock was set, on that time [s].
+        pace: seconds of the stamps in a second of the log's clock; arrivals are counted at this pace.
+        origin: the arrival from which they are [s].
+        of_arrival: whether its stream bears no stamps.
     """
 
     arrival: Array
     apart: Array
     shift: Array
     sets: tuple[float, ...] = ()
+    pace: float = 1.0
+    origin: float = 0.0
+    of_arrival: bool = False
 
     @staticmethod
     def of(arrival: Array, stamps: Array | None) -> Clock:
@@ -55,13 +63,15 @@ class Clock:
         given = np.isfinite(arrival) if stamps is None else np.isfinite(arrival) & np.isfinite(stamps)
         if stamps is not None and not given.any():
             return Clock.of(arrival, None)
-        arrival = arrival[given]
+        arrival, of_arrival = arrival[given], stamps is None
         stamps = arrival if stamps is None else stamps[given]
         if not arrival.size:
             return Clock(np.zeros(1), np.zeros(1), np.zeros(1))
+        found, origin = pace(arrival, stamps), float(arrival[0])
+        arrival = origin + (arrival - origin) * found
         apart = arrival - stamps
         begins = _without_late(_jumps(apart), apart, stamps)
-        level = np.concatenate([_level(piece) for piece in np.split(apart, begins)])
+        level = np.concatenate([_level(piece, found != 1.0) for piece in np.split(apart, begins)])
         jumps = np.isin(np.arange(apart.size), begins)
         came, went = np.diff(arrival, prepend=arrival[:1]), np.diff(stamps, prepend=stamps[:1])
         by_log = jumps & ((came > MIN_LEAP_S) | (came < -SAME_CLOCK_S))
@@ -69,7 +79,7 @@ class Clock:
         moved = np.where(jumps & ~by_log, np.diff(level, prepend=level[:1]), 0.0)
         shift = np.cumsum(moved - np.where(both, went - _usual(stamps), 0.0))
         sets = (stamps + shift)[both | (by_log & (came > MIN_LEAP_S))]
-        return Clock(np.maximum.accumulate(arrival), level, shift, tuple(sets.tolist()))
+        return Clock(np.maximum.accumulate(arrival), level, shift, tuple(sets.tolist()), found, origin, of_arrival)
 
     def times_of(self, arrival: Array, stamps: Array | None, ours: bool = False) -> tuple[Array, bool]:
         """The stream's times (n,) [s] on this clock, and whether its own stamps count on it.
@@ -77,6 +87,7 @@ class Clock:
         In our own form they always do (`ours`): there the stamps alone are the time. Times go on over a restart of the
         vehicle, by as much as went by on the log's clock.
         """
+        arrival = self.origin + (arrival - self.origin) * self.pace
         piece = np.clip(np.searchsorted(self.arrival, arrival, side="right") - 1, 0, None)
         shift, level = self.shift[piece], self.apart[piece]
         if ours and stamps is not None:
@@ -87,10 +98,43 @@ class Clock:
             apart = arrival - stamps - level
             turns = np.round(apart / WRAP_S)
             behind = apart - turns * WRAP_S
-            if float(np.nanmedian(np.abs(behind))) < SAME_CLOCK_S:
+            if float(np.nanmedian(np.abs(behind))) < SAME_CLOCK_S and pace(arrival, stamps) == 1.0:
                 real = (behind > -SAME_CLOCK_S) & (behind < MAX_DELAY_S)
                 return np.where(real, stamps + turns * WRAP_S + shift, by_arrival), True
         return by_arrival, False
+
+
+MIN_PACE_APART = 0.02
+"""How far a pace is from 1 before it is one [1]: crystals are within 0.0001, and messages that are late make some."""
+PACES = (0.02, 50.0)
+"""Within which paces a clock is another clock's: beyond, its stamps are in another unit."""
+MIN_PACE_SPAN_S = 10.0
+"""Time over which a pace is seen [s]."""
+
+
+def pace(arrival: Array, stamps: Array) -> float:
+    """Seconds of stamps (n,) in a second of arrivals (n,), the median over quarters of a log; 1 near it.
+
+    A clock that was set, or messages that were late, are in fewer than half of these quarters.
+    """
+    known = np.isfinite(arrival) & np.isfinite(stamps)
+    arrival, stamps = arrival[known], stamps[known]
+    reach = arrival.size // 4
+    if reach < 5 or np.ptp(arrival) < MIN_PACE_SPAN_S:
+        return 1.0
+    came, went = arrival[reach:] - arrival[:-reach], stamps[reach:] - stamps[:-reach]
+    if not (came > 0.0).any():
+        return 1.0
+    found = float(np.median(went[came > 0.0] / came[came > 0.0]))
+    return found if abs(found - 1.0) > MIN_PACE_APART and PACES[0] < found < PACES[1] else 1.0
+
+
+def pace_note(name: str, found: float) -> str:
+    """The note on a clock of another speed."""
+    return (
+        f"the clock of {name} runs at {found:.3g} times the speed of the arrivals, as a simulator's does: what bears "
+        "no stamp of it is placed by its arrival at that ratio"
+    )
 
 
 def without_leaps(time: Array) -> tuple[Array, tuple[float, ...]]:
@@ -104,6 +148,79 @@ def without_leaps(time: Array) -> tuple[Array, tuple[float, ...]]:
 def set_at(at: float) -> str:
     """The note on a clock that was set [s]."""
     return f"the clock of the log was set at {at:.6g} s: the log continues there"
+
+
+MAX_SETS = 8
+"""The times that the clock of one table is set back at most: more are rows out of order, which sorting mends."""
+
+MIN_SET_STEPS = 10.0
+"""The usual steps by which a clock that was set falls back at least: rows that changed places fall by fewer."""
+
+
+def table_time(table: Table, field: str) -> tuple[Array, tuple[str, ...]]:
+    """The time of a table (n,), in its unit, that goes on where its clock was set back, and whose rows of one instant
+    are spread over it where each of them is a sample; and a note on either.
+
+    A clock that was set back makes the rows fall; where they fall because the messages of one topic follow those of
+    another one, no column has values on both sides, and the rows are only out of order.
+    """
+    time = table.columns[field]
+    others = [np.isfinite(values) for name, values in table.columns.items() if name != field]
+    time, sets = _continued(time, others)
+    time, at_once = _spread(time, [each for name, each in table.columns.items() if name != field])
+    notes = [set_at(at) for at in sets]
+    if at_once > 1:
+        notes.append(f"{at_once} rows bear each stamp of {field!r}: they are spread evenly up to the next stamp")
+    return time, tuple(notes)
+
+
+def _continued(time: Array, others: Sequence[NDArray[np.bool_]]) -> tuple[Array, tuple[float, ...]]:
+    """A table's time (n,) that goes on where it falls, and when that was; as it is where rows are out of order."""
+    known = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[known])
+    rising = steps[steps > 0.0]
+    falls = 1 + np.flatnonzero(steps < 0.0)
+    if not falls.size or not rising.size or falls.size > MAX_SETS:
+        return time, ()
+    usual = float(np.median(rising))
+    if (steps[falls - 1] > -MIN_SET_STEPS * usual).any():  # rows that changed places
+        return time, ()
+    parts = [[bool(each[rows].any()) for each in others] for rows in np.split(known, falls)]
+    if any(part != parts[0] for part in parts):
+        return time, ()
+    gone_on = time.copy()
+    jumps = np.zeros(known.size)
+    jumps[falls] = usual - steps[falls - 1]
+    gone_on[known] += np.cumsum(jumps)
+    return gone_on, tuple(gone_on[known[falls]].tolist())
+
+
+def _spread(time: Array, others: Sequence[Array]) -> tuple[Array, int]:
+    """The time (n,) of rows that share stamps which are coarser than they, and how many share one; 1 where none do."""
+    known = np.flatnonzero(np.isfinite(time))
+    stamps, first, place, count = np.unique(time[known], return_index=True, return_inverse=True, return_counts=True)
+    if stamps.size < 3 or np.median(count) < 2 or (np.diff(time[known]) < 0.0).any():
+        return time, 1
+    for values in others:
+        there = np.isfinite(values[known])
+        changes = np.diff(values[known][there]) != 0.0
+        inside = np.diff(place[there]) == 0
+        if (
+            np.count_nonzero(changes & inside) > 0.5 * np.count_nonzero(inside)
+            and np.median(np.bincount(place[there], minlength=stamps.size)) >= 2
+        ):
+            break
+    else:  # rows of one instant, one for each topic
+        return time, 1
+    rows = np.arange(known.size, dtype=np.float64)
+    period = float(np.median(np.diff(stamps))) / float(np.median(count))
+    spread = np.interp(rows, first, stamps)
+    begins, ends = int(first[1]), int(first[-1])  # the first stamp and the last are seen in part
+    spread[:begins] = stamps[1] - period * (begins - rows[:begins])
+    spread[ends:] = stamps[-1] + period * (rows[ends:] - ends)
+    gone_on = time.copy()
+    gone_on[known] = spread
+    return gone_on, int(np.median(count))
 
 
 def without_unset(stamps: Array) -> Array:
@@ -151,13 +268,18 @@ def _usual(time: Array) -> float:
     return float(np.median(np.diff(time))) if time.size > 1 else 0.0
 
 
-def _level(apart: Array) -> Array:
-    """(n,) arrival minus stamp of messages on time: one number, or each its own where paces differ or many are late."""
+def _level(apart: Array, paced: bool) -> Array:
+    """(n,) arrival minus stamp of messages on time: one number, or each its own where paces differ or many are late.
+
+    A simulator's pace wavers (`paced`): its messages on time are the usual ones about each.
+    """
     middle = np.median(apart)
     if middle - np.quantile(apart, 0.05) < 0.5 * SAME_CLOCK_S:
         return np.full(apart.size, middle)
     from scipy.ndimage import median_filter, minimum_filter1d  # as above
 
+    if paced:
+        return np.asarray(median_filter(apart, size=min(DELAY_MESSAGES, apart.size), mode="nearest"))
     return minimum_filter1d(
         median_filter(apart, size=min(3, apart.size), mode="nearest"), DELAY_MESSAGES, mode="nearest"
     )
@@ -176,6 +298,11 @@ REAL_TIME_PACES = (0.5, 2.0)
 RESTART_MESSAGES = 5
 """Messages of the yaw rate that are behind in a row after a restart: one that is late over a second link rarely has as
 many after it."""
+
+
+MIN_PACE_APART_LIVE = 0.1
+"""How far a pace is from 1 before it is one, over `LAG_MESSAGES` [1]: they take a second, and a bus makes some
+hundredths of it."""
 
 
 @dataclass(slots=True)
@@ -225,11 +352,16 @@ class ClockOfRate:
             own: whether its own stamps count.
             stamped: whether its messages bear stamps.
         """
+        found = self.pace
+        paced = [pace_note(RATE, found)] if not own and found != 1.0 else []
         if not own and stamped:
-            return [f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used"]
+            return [
+                *paced,
+                f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used",
+            ]
         lag = self.behind(name)
         if lag is None:
-            return []
+            return paced
         return [
             f"the stamps of {name} are {abs(lag):.2g} s {'behind' if lag > 0.0 else 'ahead of'} those of yaw_rate that "
             "arrive with them; if they come from another clock, set its stamp to arrival"
@@ -249,7 +381,16 @@ class ClockOfRate:
                 return [stamp + turns * WRAP_S for stamp in stamps], True
             if len(stamps) > 1:
                 return [], False
-        return [self.newest + arrival - self.came], False
+        return [self.newest + (arrival - self.came) * self.pace], False
+
+    @property
+    def pace(self) -> float:
+        """Seconds of the yaw rate's stamps in a second of arrivals, over the newest messages; 1 about real time."""
+        if len(self._paces) < LAG_MESSAGES:
+            return 1.0
+        (first, began), (last, ended) = self._paces[0], self._paces[-1]
+        found = (last - first) / (ended - began) if ended > began else 1.0
+        return found if abs(found - 1.0) > MIN_PACE_APART_LIVE and PACES[0] < found < PACES[1] else 1.0
 
     def _unset(self, name: str, stamps: list[float]) -> bool:
         """Whether a driver set no stamp: a zero far from the clock, or one more, as in `without_unset` of logs."""

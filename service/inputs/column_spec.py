@@ -33,6 +33,20 @@ class ColumnSpec:
     stamp_unit: str | None = None
 
 
+_OF_FILE = re.compile(r"^([^=]+):([A-Za-z0-9_.-]{1,64}=.*)$")
+
+
+def split_file(text: str) -> tuple[str, str]:
+    """The log that a flag is for, as in `june.csv:torque=-torque`, empty for all, and the rest."""
+    found = _OF_FILE.match(text)
+    return (found[1], found[2]) if found else ("", text)
+
+
+def of_this_log(sentence: str, name: str) -> str:
+    """A sentence whose flags are those of one log of several."""
+    return re.sub(r"--column ('?)(?![^=' ]+:)(?=[A-Za-z0-9_.-]+=)", lambda found: f"{found[0]}{name}:", sentence)
+
+
 def parse_columns(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic] = ()) -> ColumnSpec:
     """The mapping that flags name, with topics and fields that are there.
 

@@ -23,6 +23,7 @@ from service.inputs.clocks import ClockOfRate
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
 from service.inputs.key_resolution import ANGLE_NAME, BATTERY_NAME, named_topics, resolve, with_settled_sources
+from service.inputs.senders import SenderWatch, sentence
 from service.inputs.settings import Armed, Axis, Inputs
 from service.inputs.source_binding import RATE, TORQUE, VOLTAGE, SourceBinding
 from service.inputs.table import Topic, leaves
@@ -66,6 +67,8 @@ class InputMapper:
         self, inputs: Inputs, parameters: Mapping[str, Any] | None = None, further: tuple[Axis, ...] = ()
     ) -> None:
         self._configured, self._further = inputs, further
+        if inputs.velocity_frame != "body" or any(inputs.velocity_place):
+            raise BadInput("inputs.velocity_frame and inputs.velocity_place are applied to logs alone; leave them out")
         self.keys = bus_keys.key_expressions(inputs)
         for place in inputs.places():
             decoder(place.form)
@@ -82,7 +85,7 @@ class InputMapper:
         """Nothing has been heard of the vehicle that is taken from now on."""
         self._arming = Arming()
         self.placed: dict[str, bool] = {}
-        self._clock, self._torque = ClockOfRate(), TorqueOfCommands()
+        self._clock, self._torque, self._senders = ClockOfRate(), TorqueOfCommands(), SenderWatch()
         self._latest: dict[str, float] = {}
 
     @property
@@ -197,7 +200,7 @@ class InputMapper:
     def notices(self) -> list[str]:
         """Notes for people on how the measurements are made."""
         inputs, thrusters = self.inputs, self.inputs.thrusters
-        found = []
+        found = list[str]()
         if thrusters is not None and self._configured.thrusters is None and inputs.preset == "blueos":
             doubt = ardusub_frames.assumption(self.parameters)
             found += [doubt] if doubt else []
@@ -210,6 +213,10 @@ class InputMapper:
             found.append("the torque is a fraction of full thrust, not N m, until inputs.torque.scale is set")
         for name, own in self.placed.items():
             found += self._clock.doubts(name, own, self._stamped(name))
+        for name, source in ((RATE, inputs.yaw_rate), (TORQUE, inputs.torque)):
+            share = self._senders.share(name)
+            if source is not None and share is not None:
+                found.append(sentence(name, source.topic, share))
         able = vehicles.vehicles_with_yaw_rate(named_topics(self.bindings))
         if not self._wanted_vehicle and self._others() & set(able):
             found.append(self._vehicles.note(self._others()))
@@ -250,6 +257,7 @@ class InputMapper:
                 times = self._clock.reference(stamps, arrival)
             else:
                 times, self.placed[name] = self._clock.times_of(name, stamps, arrival)
+            self._senders.add(name, times, values)
             if len(times) == len(values):
                 yield MappedValues(name, times, values)
             elif times:

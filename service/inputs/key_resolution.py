@@ -14,6 +14,7 @@ from service.inputs import bus_keys
 from service.inputs.instances import base
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observation, Proposal, propose
+from service.inputs.presets.ros import NO_RATE_FIELD, RATE_PATHS
 from service.inputs.settings import Armed, Inputs, Source, Thrusters
 from service.inputs.source_binding import RATE, TORQUE, SourceBinding
 from service.inputs.table import Topic, leaves
@@ -65,7 +66,10 @@ def resolve(
     found = Proposal(Inputs(preset=preset))
     if preset not in ("incsvr", None):
         found = propose(
-            Observation(topics, parameters, _self_description(topics, known), _absent_batteries(topics, known)), preset
+            Observation(
+                topics, parameters, _self_description(topics, known), _absent_batteries(topics, known), _ranks(known)
+            ),
+            preset,
         )
     proposal = found.with_inputs(configured)
     inputs = proposal.inputs
@@ -141,6 +145,17 @@ def _self_description(topics: Sequence[Topic], known: Mapping[str, SourceBinding
     """The vehicle's description of itself in its newest heartbeat."""
     beats = [topic.name for topic in topics if autopilot_message(topic) == "HEARTBEAT"]
     return SelfDescription(dict(leaves(known[beats[0]].message))) if beats else SelfDescription()
+
+
+def _ranks(known: Mapping[str, SourceBinding]) -> dict[tuple[str, str], int]:
+    """How poor candidates are by their newest message: without a finite number, or marked as no measurement."""
+    found = {}
+    for key, each in known.items():
+        path = RATE_PATHS.get(each.type)
+        if path is not None:
+            finite = np.isfinite(each.numbers(path) or np.nan).all()
+            found[key, path] = int(each.numbers(NO_RATE_FIELD) == [-1.0]) if finite else 3
+    return found
 
 
 def _absent_batteries(topics: Sequence[Topic], known: Mapping[str, SourceBinding]) -> frozenset[str]:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.axes import EFFORTS
 from service.inputs.arming import says_armed, says_something
-from service.inputs.clocks import Clock, set_at, without_unset
+from service.inputs.clocks import Clock, pace, pace_note, set_at, table_time, without_unset
+from service.inputs.marks import without_marks
 from service.inputs.outputs import first_movement, least_movement, output, without_pulse
 from service.inputs.presets.proposal import Change
+from service.inputs.senders import SENDER, alternates, by_turns, sentence, two_clocks
 from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters
-from service.inputs.table import Table
+from service.inputs.table import Assumption, Table
 from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage, is_pulse, moment
 from service.inputs.units import STAMP_UNITS
 
@@ -83,11 +86,13 @@ class MeasuredStreams:
         streams: stamps (n,) [s], strictly increasing, and values (n,) in SI units by name: yaw_rate, torque, channels.
         armed: stamps (n,) [s] and whether the thrusters may turn from then on; None where nothing says so.
         notes: what a person should know of how it came about, one sentence each.
+        doubts: why nothing is to be learned of them, one sentence each.
     """
 
     streams: Mapping[str, Stream]
     armed: Stream | None
     notes: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
 
 def topics_read(inputs: Inputs, *others: Thrusters) -> frozenset[str]:
@@ -111,6 +116,8 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
     stamps = _stamps(inputs.yaw_rate, inputs.yaw_rate.topic, table)
     clock = Clock.of(_arrival(table, stamps), stamps)
     notes = [set_at(at) for at in clock.sets]
+    if table.arrival is None and inputs.yaw_rate.stamp in table.columns:
+        notes += table_time(table, inputs.yaw_rate.stamp)[1]
     streams = {"yaw_rate": _stream("yaw_rate", inputs.yaw_rate, tables, clock, notes)}
     channels = {name: _stream(name, source, tables, clock, notes) for name, source in inputs.channels.items()}
     moves = None
@@ -122,7 +129,33 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
         streams["torque"], moves = _torque(inputs, changes, tables, clock, notes)
     armed = _armed(inputs, tables, clock, moves, notes)
     there = {name: each for name, each in channels.items() if each[0].size}
-    return MeasuredStreams(streams | there, armed, tuple(dict.fromkeys(notes)))
+    doubts = tuple(_two_senders(inputs, tables))
+    return MeasuredStreams(streams | there, armed, tuple(dict.fromkeys((*doubts, *notes))), doubts)
+
+
+def _two_senders(inputs: Inputs, tables: Mapping[str, Table]) -> Iterator[str]:
+    """Sentences on a yaw rate, a torque or commands that two senders send, by their values or their clocks."""
+    places = [
+        (name, each, each.topic, each.field) for name in ("yaw_rate", "torque") if (each := getattr(inputs, name))
+    ]
+    if inputs.thrusters is not None:
+        of_each = zip(inputs.thrusters.each, inputs.thrusters.topics, strict=True)
+        places += [("a thruster's command", inputs.thrusters, topic, each.field) for each, topic in of_each]
+    for name, source, topic, path in places:
+        table = tables[topic]
+        if path not in table.columns:
+            continue
+        stamps, values = _stamps(source, topic, table), table.columns[path]
+        known = by_turns(table.columns[SENDER], values) if SENDER in table.columns else None
+        time = _arrival(table, stamps) if stamps is None else stamps
+        share = alternates(_rising(time, values)[1]) if known is None else known
+        if share is not None:
+            yield sentence(name, topic, share, known is not None)
+        if table.arrival is not None and stamps is not None and two_clocks(table.arrival, stamps):
+            yield (
+                f"the stamps of {topic} are of two clocks by turns: two senders send {name} under one name; let one of "
+                "them be silent, or give it a name of its own, and record again"
+            )
 
 
 def _table(topic: str, tables: Mapping[str, Table]) -> Table:
@@ -142,7 +175,10 @@ def _stamps(source: Source | Thrusters | Armed, topic: str, table: Table) -> Arr
     """The stamps of a table by its own clock [s]; None where the time of arrival counts, or nobody set the stamps."""
     if source.stamp in ("", ARRIVAL):
         return None
-    stamps = _column(source.stamp, topic, table) * STAMP_UNITS[source.stamp_unit]
+    stamps = _column(source.stamp, topic, table)
+    if table.arrival is None:
+        stamps, _ = table_time(table, source.stamp)
+    stamps = stamps * STAMP_UNITS[source.stamp_unit]
     if table.arrival is not None:
         stamps = without_unset(stamps)
     known = stamps[np.isfinite(stamps)]
@@ -151,7 +187,8 @@ def _stamps(source: Source | Thrusters | Armed, topic: str, table: Table) -> Arr
 
 def _arrival(table: Table, stamps: Array | None) -> Array:
     """The times of writing of the messages [s], or their stamps if there are no others."""
-    arrival = stamps if table.arrival is None else table.arrival
+    unset = table.arrival is not None and stamps is not None and table.arrival.size > 1 and not np.ptp(table.arrival)
+    arrival = stamps if table.arrival is None or unset else table.arrival
     if arrival is None:
         raise BadInput("no column of the time is known: name it, as in --column t=stamp:ms")
     return arrival
@@ -159,7 +196,9 @@ def _arrival(table: Table, stamps: Array | None) -> Array:
 
 def _stream(name: str, source: Source, tables: Mapping[str, Table], clock: Clock, notes: list[str]) -> Stream:
     table = _table(source.topic, tables)
-    values = _column(source.field, source.topic, table) * source.factor
+    values, note = without_marks(name, _column(source.field, source.topic, table), name in EFFORTS)
+    notes += [] if note is None else [note]
+    values = values * source.factor
     return _rising(_times(name, source, source.topic, table, clock, notes), values)
 
 
@@ -170,7 +209,14 @@ def _times(name: str, source: Source | Thrusters, topic: str, table: Table, cloc
     unset = 0 if stamps is None else int(np.isnan(stamps).sum())
     if unset and own:
         notes.append(f"{unset} of {time.size} messages of {topic} have no stamp: their times of arrival are used")
+    if clock.pace != 1.0 and not own:
+        notes.append(pace_note("yaw_rate", clock.pace))
     if stamps is not None and not own:
+        if clock.of_arrival and (found := pace(_arrival(table, None), stamps)) != 1.0:
+            raise BadInput(
+                f"yaw_rate bears no stamp, and those of {name} run at {found:.3g} times the speed of the arrivals, "
+                "as a simulator's do: record the yaw rate with stamps of that clock"
+            )
         notes.append(f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used")
     return time
 
@@ -253,7 +299,10 @@ def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arr
             return newest_at(
                 arrival, _arrival(table, _stamps(source, source.topic, table))[real], volts[real], volts[real][0]
             )
-    said = f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V"
+    said = Assumption(
+        f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V "
+        "(--column voltage=NAME gives it)"
+    )
     if settings.voltage is None and settings.curve == "t200" and said not in notes:
         notes.append(said)
     return np.full(arrival.size, T200_NOMINAL_V if settings.voltage is None else settings.voltage)
@@ -313,7 +362,9 @@ def _by_movement(topic: str, moves: float | None, notes: list[str]) -> Stream:
     if moves is None:
         return np.array([0.0]), np.zeros(1)
     notes.append(
-        f"no {topic} message shows whether the vehicle was armed, but its outputs move: it is assumed armed from "
-        f"{moves:.6g} s on"
+        Assumption(
+            f"no {topic} message shows whether the vehicle was armed, but its outputs move: it is assumed armed from "
+            f"{moves:.6g} s on"
+        )
     )
     return np.array([-np.inf, moves]), np.array([0.0, 1.0])

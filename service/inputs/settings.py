@@ -218,6 +218,13 @@ class Inputs(Section):
     parameters: dict[str, float] = Field(
         default={}, description="parameters of the vehicle, such as FRAME_CONFIG, where it does not send them"
     )
+    velocity_frame: Literal["body", "north_east", "east_north"] = Field(
+        default="body", description="what surge and sway of a log count along; turned into the body by its heading"
+    )
+    velocity_place: Vector = Field(
+        default=(0.0, 0.0, 0.0),
+        description="place at which a log's velocities are measured, ahead first, from where the efforts act [m]",
+    )
 
     @field_validator("system", mode="before")
     @classmethod

@@ -15,6 +15,10 @@ ROWS = "rows"
 """The name of the one topic of a log that is a table."""
 
 
+class Assumption(str):
+    """A note on what was assumed, with the key that says it: a refusal begins with it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Topic:
     """The fields and the count of messages under one name.
@@ -42,11 +46,13 @@ class Table:
         arrival: (n,) when each was written down, by the clock of the log [s]; None where nothing says when.
         columns: (n,) numbers by field, NaN where a message has none.
         texts: n texts by field, empty where a message has none.
+        instants: the fields that were dates or times of day.
     """
 
     arrival: Array | None
     columns: Mapping[str, Array]
     texts: Mapping[str, tuple[str, ...]]
+    instants: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
 from service.cli.extras import load_package
+from service.inputs.senders import SENDER
 from service.inputs.table import Table, Topic
 from service.logs.cdr import RosTypes
 from service.logs.damage import Damage, first_line
@@ -30,12 +33,18 @@ class BagLog:
                     self._types.define(
                         connection.msgtype, connection.msgdef.data, "IDL" in str(connection.msgdef.format)
                     )
-            self.topics = tuple(self._topic(reader, each) for each in sorted(reader.connections, key=_topic_name))
+            topics = [self._topic(reader, each) for each in sorted(reader.connections, key=_topic_name)]
+            counts = Counter[str]()
+            for each in topics:
+                counts[each.name] += each.count
+            named = {each.name: each for each in topics}  # several senders of one name are one topic
+            self.topics = tuple(replace(each, count=counts[name]) for name, each in named.items())
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         gathered = {name: TableBuilder() for name in names}
         self._damage.begin(set(names))
         with self._opened() as reader:
+            several = Counter(each.topic for each in reader.connections)
             wanted = [each for each in reader.connections if each.topic in names and self._types.knows(each.msgtype)]
             for connection, stamp, payload in reader.messages(connections=wanted) if wanted else ():
                 try:
@@ -44,6 +53,8 @@ class BagLog:
                     self._damage.add_broken(connection.topic, error)
                     continue
                 self._damage.add_read(connection.topic)
+                if several[connection.topic] > 1 and isinstance(message, dict):
+                    message = {**message, SENDER: connection.id}
                 gathered[connection.topic].add(stamp * 1e-9, message)
         self._damage.refuse()
         return {name: messages.table() for name, messages in gathered.items() if len(messages)}

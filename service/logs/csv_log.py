@@ -1,4 +1,4 @@
-"""Tables of text with any delimiter, plain or gzipped, with stamps as numbers or as ISO 8601."""
+"""Tables of text with any delimiter, plain or gzipped, with stamps as numbers, dates or times of day."""
 
 from __future__ import annotations
 
@@ -7,21 +7,15 @@ import gzip
 import io
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from math import nan
 from pathlib import Path
 
-import numpy as np
-
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
 from service.inputs.table import ROWS, Table, Topic
+from service.logs.cells import EMPTY_CELLS, columns_of, refuse_split_decimals
 from service.logs.opening import GZIP, first_bytes
 from service.number import number_of
 
 _DELIMITERS = ",;\t|"
-EMPTY_CELLS = {"", "nan", "na", "n/a", "null", "none", "-"}
-"""The cells in whose place nothing was sampled."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +27,7 @@ class TableLog:
 
     format: str
     table: Table
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """No notes: a table has no messages that could not be read."""
-        return ()
+    notes: tuple[str, ...] = ()
 
     @property
     def topics(self) -> tuple[Topic, ...]:
@@ -55,30 +45,23 @@ def open_log(path: Path) -> TableLog:
     """
     text = _text(path)
     lines = text.lstrip("\ufeff").splitlines()
-    while lines and not lines[0].strip():
+    while lines and (not lines[0].strip() or lines[0].lower().startswith("sep=")):  # a spreadsheet's own line
         lines.pop(0)
     if not lines:
         raise BadInput(f"{path}: the file is empty; a log begins with a header that names its columns")
     delimiter = max(_DELIMITERS, key=lines[0].count)
     rows = _rows(path, lines, delimiter)
     header = [name.strip() for name in rows[0]]
-    if any(header) and all(_parsed(name, ".") is not None for name in header):
+    if any(header) and all(_is_number(name) for name in header):
         raise BadInput(f"{path}, row 1: the header is missing, the first row holds numbers; name the columns there")
     if len(rows) < 2:
         raise BadInput(f"{path}: there are no rows below the header; record at least a few seconds")
-    point = "," if delimiter == ";" else "."
-    columns: dict[str, Array] = {}
-    texts: dict[str, tuple[str, ...]] = {}
     for position, name in enumerate(header):
-        if not name or name in columns or name in texts:
+        if not name or name in header[:position]:
             raise BadInput(f"{path}, row 1: column {position + 1} is named {name!r}; give every column its own name")
-        cells = [row[position].strip() if position < len(row) else "" for row in rows[1:]]
-        numbers = _numbers(cells, point)
-        if numbers is None:
-            texts[name] = tuple(cells)
-        else:
-            columns[name] = numbers
-    return TableLog("CSV", Table(None, columns, texts))
+    refuse_split_decimals(path, header, rows[1:])
+    found = columns_of(header, rows[1:])
+    return TableLog("CSV", Table(None, found.numbers, found.texts, found.instants), found.notes)
 
 
 def _text(path: Path) -> str:
@@ -103,44 +86,9 @@ def _rows(path: Path, lines: Sequence[str], delimiter: str) -> list[list[str]]:
         raise BadInput(f"{path}: this is no CSV text ({error}); export the recording as UTF-8 CSV") from None
 
 
-def _numbers(cells: Sequence[str], point: str) -> Array | None:
-    """A column as numbers: floats, or instants in seconds since 1970; None where it holds other texts."""
-    values = np.empty(len(cells))
-    for row, cell in enumerate(cells):
-        value = _parsed(cell, point)
-        if value is None:
-            return _instants(cells)
-        values[row] = value
-    return values
-
-
-def _parsed(cell: str, point: str) -> float | None:
+def _is_number(cell: str) -> bool:
     try:
-        return number_of(cell)
+        number_of(cell)
     except ValueError:
-        pass
-    if cell.lower() in EMPTY_CELLS:
-        return nan
-    if cell.lower() in {"true", "false"}:
-        return float(cell.lower() == "true")
-    if point == ",":
-        try:
-            return number_of(cell.replace(",", "."))
-        except ValueError:
-            return None
-    return None
-
-
-def _instants(cells: Sequence[str]) -> Array | None:
-    """ISO 8601 stamps as seconds since 1970, UTC where they name no zone; None where one of them is none."""
-    values = np.empty(len(cells))
-    for row, cell in enumerate(cells):
-        if cell.lower() in EMPTY_CELLS:
-            values[row] = nan
-            continue
-        try:
-            instant = datetime.fromisoformat(cell)
-        except ValueError:
-            return None
-        values[row] = (instant if instant.tzinfo else instant.replace(tzinfo=UTC)).timestamp()
-    return values
+        return cell.lower() in EMPTY_CELLS
+    return True

@@ -118,7 +118,7 @@ def _join(parts: Sequence[Table]) -> Table:
     }
     came: list[Array] = [part.arrival for part in parts if part.arrival is not None]
     if len(came) < len(parts):
-        return Table(None, columns, texts)
+        return Table(None, columns, texts, parts[0].instants)
     arrival = np.concatenate(came)
     order = np.argsort(arrival, kind="stable")
     return Table(
@@ -324,7 +324,7 @@ def _part(path: Path, description: LogDescription) -> Part:
     """A file with what is in it; without, where it cannot be read: who reads it next says why."""
     try:
         log = open_any(path)
-        return Part(path, log, *_span(log, description))
+        return Part(path, log, *_span(log, description.of(path.name)))
     except BadInput:
         return Part(path)
 

@@ -10,6 +10,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.cli.extras import load_package
 from service.inputs.table import Table
+from service.logs.cells import columns_of
 from service.logs.csv_log import TableLog
 
 
@@ -28,19 +29,24 @@ def open_log(path: Path) -> TableLog:
         raise BadInput(f"{path}: cannot be read as Parquet ({str(error).splitlines()[0]}); write it again") from None
     columns: dict[str, Array] = {}
     texts: dict[str, tuple[str, ...]] = {}
+    instants: list[str] = []
     for field in table.schema:
         column, kind = table.column(field.name), arrow.types
         if kind.is_timestamp(field.type) or kind.is_duration(field.type):
             whole = arrow.timestamp("ns") if kind.is_timestamp(field.type) else arrow.duration("ns")
             column = column.cast(whole).cast(arrow.int64())
             columns[field.name] = _numbers(column.cast(arrow.float64(), safe=False)) * 1e-9
+            instants += [field.name] * kind.is_timestamp(field.type)
         elif kind.is_floating(field.type) or kind.is_integer(field.type) or kind.is_decimal(field.type):
             columns[field.name] = _numbers(column.cast(arrow.float64(), safe=False))
         elif kind.is_boolean(field.type):
             columns[field.name] = _numbers(column.cast(arrow.int8()).cast(arrow.float64()))
         elif kind.is_string(field.type) or kind.is_large_string(field.type):
             texts[field.name] = tuple(cell or "" for cell in column.to_pylist())
-    return TableLog("Parquet", Table(None, columns, texts))
+    found = columns_of(list(texts), list(zip(*texts.values(), strict=True)))
+    return TableLog(
+        "Parquet", Table(None, columns | found.numbers, found.texts, (*instants, *found.instants)), found.notes
+    )
 
 
 def _numbers(column: object) -> Array:

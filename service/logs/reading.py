@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,16 +12,18 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from service.inputs.column_spec import ColumnSpec, parse_columns
+from service.inputs.clocks import table_time
+from service.inputs.column_spec import ColumnSpec, parse_columns, split_file
 from service.inputs.measured_streams import MeasuredStreams, measure, topics_read
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.presets.columns import time_column
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import Inputs, Source, StampUnit, Thruster
-from service.inputs.table import ROWS, Table, Topic, usual_stamp
+from service.inputs.table import ROWS, Assumption, Table, Topic, usual_stamp
 from service.inputs.units import STAMP_UNITS
 from service.logs import cutting, self_description
+from service.logs.candidates import ranks
 from service.logs.choosing import choose_vehicle
 from service.logs.cutting import Cut, Span, columns_inside, rows_inside
 from service.logs.log import Log
@@ -92,6 +95,15 @@ class LogDescription:
     columns: Sequence[str]
     inputs: Inputs
 
+    def of(self, name: str) -> LogDescription:
+        """The description of one log by its name: the flags for all, and those for it alone."""
+        split = [split_file(text) for text in self.columns]
+        if not any(file for file, _ in split):
+            return self
+        own = {rest.partition("=")[0] for file, rest in split if file == name}
+        kept = [rest for file, rest in split if file == name or (not file and rest.partition("=")[0] not in own)]
+        return replace(self, columns=tuple(kept))
+
 
 NO_DESCRIPTION = LogDescription((), Inputs())
 
@@ -109,8 +121,9 @@ def describe(log: Log, description: LogDescription) -> Proposal:
     tables = log.read(names) if (names := self_description.names(ours)) else {}
     parts = parameter_epochs(ours, tables)
     vehicle, absent = self_description.of_vehicle(ours, tables), self_description.absent_batteries(ours, tables)
+    known = ranks(log, ours)
     proposals = [
-        propose(Observation(ours, {**inputs.parameters, **part.parameters}, vehicle, absent), inputs.preset)
+        propose(Observation(ours, {**inputs.parameters, **part.parameters}, vehicle, absent, known), inputs.preset)
         for part in parts
     ]
     found = _with_changes(parts, proposals)
@@ -156,9 +169,9 @@ def writing_times(table: Table, inputs: Inputs) -> Array:
         return table.arrival
     source = inputs.yaw_rate or inputs.torque
     stamp, unit = ("t", "s") if source is None else (source.stamp, source.stamp_unit)
-    stamps = table.columns.get(stamp)
-    if stamps is None:
+    if stamp not in table.columns:
         return np.empty(0)
+    stamps, _ = table_time(table, stamp)
     return stamps * STAMP_UNITS[unit if unit != "s" else guessed_unit(stamps)]
 
 
@@ -188,15 +201,25 @@ def _stamped(proposal: Proposal, found: Inputs, said: ColumnSpec, log: Log) -> P
     stamps = {name: stamp for name, stamp in usual.items() if stamp[0]} | stamps
     if [topic.name for topic in log.topics] == [ROWS]:
         table = log.read([ROWS])[ROWS]
-        by_name = stamps.get(ROWS) or time_column(log.topics[0].fields) or ("", "s")
+        dated: tuple[str, StampUnit] = (next(iter(table.instants), ""), "s")
+        by_name = stamps.get(ROWS) or time_column(log.topics[0].fields) or dated
         stamp = said.stamp or by_name[0]
         if stamp:
             missing.pop("t", None)
             unit, note = _unit(said, stamp, by_name[1], table)
+            doubt = _wrong_unit(said, stamp, unit, table)
+            if doubt is not None:
+                missing["t"] = doubt
             stamps = {ROWS: (stamp, unit)}
             notes += note
             if armed is not None and armed.topic == ROWS:
                 armed = armed.model_copy(update={"stamp": stamp, "stamp_unit": unit})
+        elif (spelt := time_column(tuple(table.texts))) is not None:
+            cell = next((cell for cell in table.texts[spelt[0]] if cell), "")
+            missing["t"] = (
+                f"the column {spelt[0]!r} holds {cell!r}, which is read as no time: write seconds, or ISO 8601 as in "
+                "2024-05-01T12:00:00.05"
+            )
     changed = {name: _with_stamp(getattr(inputs, name), stamps) for name in ("yaw_rate", "torque")}
     channels = {name: _with_stamp(each, stamps) for name, each in inputs.channels.items()}
     thrusters = inputs.thrusters
@@ -223,7 +246,31 @@ def _unit(said: ColumnSpec, stamp: str, named: StampUnit, table: Table) -> tuple
     if time is None or said.stamp_unit == "s":
         return "s", []
     guess = guessed_unit(time)
-    return guess, [] if guess == "s" else [f"the time {stamp!r} is read as {guess}, by its steps"]
+    return guess, [] if guess == "s" else [
+        Assumption(
+            f"the time {stamp!r} is read as {guess}, by its steps (--column {shlex.quote(f't={stamp}:{guess}')})"
+        )
+    ]
+
+
+MIN_STEP_S = 2e-4
+"""The shortest typical step of a table [s]: no vehicle's log is faster than 5 kHz."""
+
+
+def _wrong_unit(said: ColumnSpec, stamp: str, unit: StampUnit, table: Table) -> str | None:
+    """The doubt about a unit that stands in the time's name and makes the log faster, or slower, than any."""
+    time = table.columns.get(stamp)
+    if said.stamp_unit is not None or time is None or stamp in table.instants:
+        return None
+    step, guess = _step(time[np.isfinite(time)]), guessed_unit(time)
+    if guess == unit or step <= 0.0 or MIN_STEP_S <= step * STAMP_UNITS[unit] <= MAX_STEP_S:
+        return None
+    span = float(np.nanmax(time) - np.nanmin(time)) * STAMP_UNITS[unit]
+    cure = shlex.quote(f"t={stamp}:{guess}")
+    return (
+        f"the time {stamp!r} is read as {unit}, as its name says: the log would last {span:.2g} s, at a step of "
+        f"{step * STAMP_UNITS[unit]:.2g} s; if it is in {guess}, give --column {cure}"
+    )
 
 
 def guessed_unit(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StampUnit:

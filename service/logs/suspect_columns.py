@@ -38,15 +38,17 @@ def in_degrees(inputs: Inputs, streams: Mapping[str, Stream]) -> dict[str, str]:
     if found or heading is None or rate is None or not {"heading", "yaw_rate"} <= set(streams):
         return found
     ratio = _turning_ratio(*streams["heading"], *streams["yaw_rate"])
-    if (
-        heading.unit in ("", "rad")
-        and DEGREES_RATIOS[0] < ratio / degrees(1.0) < DEGREES_RATIOS[1]
-        and _compass(streams["heading"][1])
-    ):
+    if heading.unit in ("", "rad") and heading_in_degrees(streams["heading"], streams["yaw_rate"]):
         found["heading"] = _sentence("heading", heading, "deg", "rad")
     if rate.unit in ("", "rad/s") and DEGREES_RATIOS[0] < ratio * degrees(1.0) < DEGREES_RATIOS[1]:
         found["yaw_rate"] = _sentence("yaw_rate", rate, "deg/s", "rad/s")
     return found
+
+
+def heading_in_degrees(heading: Stream, rate: Stream) -> bool:
+    """Whether a heading turns 57 times as far as its yaw rate in radians, within one turn in degrees."""
+    ratio = _turning_ratio(*heading, *rate)
+    return DEGREES_RATIOS[0] < ratio / degrees(1.0) < DEGREES_RATIOS[1] and _compass(heading[1])
 
 
 def refuse_without_numbers(path: Path, log: Log) -> None:

@@ -14,7 +14,7 @@ from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress
 from service.config.configuration import Config
-from service.number import number_of
+from service.number import decimal_comma, number_of
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import signals_for
 
@@ -83,7 +83,7 @@ def positive(given: str, words: AxisWords) -> float:
         value = math.nan
     if not (math.isfinite(value) and value > 0.0):
         what = f"the {words.moment_of_inertia} in {words.inertia_unit}"
-        raise BadInput(f"--inertia is {given}; give {what}, a positive number, or estimate")
+        raise BadInput(f"--inertia is {given}; give {what}, a positive number, or estimate{decimal_comma(given)}")
     return value
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shlex
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -10,18 +12,21 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.plant.words import AxisWords
+from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import REQUIRED
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
+from service.inputs.column_spec import of_this_log
 from service.inputs.measured_streams import MeasuredStreams
-from service.inputs.settings import Inputs
+from service.inputs.senders import alternates, sentence
+from service.inputs.settings import Inputs, Source
+from service.inputs.table import Assumption
 from service.inputs.units import FRACTION
+from service.logs.candidates import MIN_TURN_DEVIATIONS, turning_instead
+from service.logs.cutting import EmptyCut
+from service.logs.log import Log
 from service.recordings.recording import Recording
 
-MIN_TURN_DEVIATIONS = 7.0
-"""The fastest turns (99 %) in deviations of the gyro's noise below which a vehicle did not turn: one at rest shows
-about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
 WILD_FACTOR = 3.0
 """Multiple of an axis's `fastest` beyond which a velocity is no measurement: jolts of real vehicles reach `fastest`."""
 GIVEN_TWICE = "data that was fitted proves nothing: give each recording once, to fit or to validate"
@@ -49,7 +54,7 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words
     raise BadInput(f"{path}: {cure}")
 
 
-def refuse_implausible(recording: Recording) -> None:
+def refuse_implausible(recording: Recording, several: bool = False) -> None:
     """Raises BadInput where a velocity of any axis is one that no vehicle has: a wild value, or one in another unit."""
     streams = recording.body_streams()
     for axis in AXES.values():
@@ -57,12 +62,14 @@ def refuse_implausible(recording: Recording) -> None:
         limit = WILD_FACTOR * axis.fastest
         beyond = np.flatnonzero(np.abs(values) > limit)
         if beyond.size:
+            place = recording.places.get(axis.rate, axis.rate).partition(":")[0]
             unit, other = ("m/s", "kn") if axis.along else ("rad/s", "deg/s")
-            raise BadInput(
+            sentence = (
                 f"{recording.name}: {axis.rate} is {values[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the "
                 f"plausible ±{limit:g} {unit}; correct it, or give its unit, such as --column "
-                f"{axis.rate}=NAME:{other}"
+                f"{axis.rate}={place}:{other}"
             )
+            raise BadInput(of_this_log(sentence, recording.name) if several else sentence)
 
 
 def refuse_twice(recordings: Sequence[Recording], why: str = GIVEN_TWICE) -> None:
@@ -84,15 +91,76 @@ def refuse_twice(recordings: Sequence[Recording], why: str = GIVEN_TWICE) -> Non
         seen[content] = recording.name
 
 
+MIN_WHOLE_VALUES = 20
+"""Values of a velocity that are whole numbers by no chance."""
+
+
+def refuse_whole_numbers(path: Path, rate: Array, name: str, place: str) -> None:
+    """Raises BadInput where a velocity (n,) has lost its decimals, or its decimal mark."""
+    rate = rate[np.isfinite(rate)]
+    if rate.size < MIN_WHOLE_VALUES or (rate != np.round(rate)).any() or np.ptp(rate) == 0.0:
+        return
+    raise BadInput(
+        f"{path}: all {rate.size} values of {name} are whole numbers ({rate.min():g} to {rate.max():g}): the export "
+        "lost their decimals, or their decimal mark, as by another locale; export with points, or give the "
+        f"factor of a raw number, as in --column {shlex.quote(f'{name}={place}*0.001')}"
+    )
+
+
 def stillness(rate: Array, words: AxisWords) -> str | None:
     """A sentence where a yaw rate (n,) [rad/s] never leaves its noise."""
     if rate.size < 10:
         return None
     noise = white_noise(np.diff(rate, 3))
     fastest = float(np.quantile(np.abs(rate), 0.99))
+    if not rate.any():
+        return f"the {words.rate} is zero in every sample"
     if fastest >= MIN_TURN_DEVIATIONS * noise:
         return None
     return (
         f"the {words.rate} never exceeds its noise (99 % of it are below {fastest:.2g} {words.rate_unit} where the "
         f"gyro scatters by {noise:.1g})"
     )
+
+
+def refuse_still(path: Path, log: Log, source: Source | None, rate: Array, words: AxisWords) -> None:
+    """Refuses a log in which the vehicle never turned, naming what does turn in it.
+
+    Raises:
+        BadInput: it never did.
+    """
+    still = stillness(rate, words)
+    if still is not None:
+        others = "" if source is None else turning_instead(log, source, words.rate_column)
+        cure = others or f"; give a log in which the vehicle {words.turns} both ways"
+        raise BadInput(f"{path}: {still}{cure}")
+
+
+def refuse_two_senders(path: Path, recording: Recording) -> None:
+    """Raises BadInput where the velocity or the effort alternates between two series of values."""
+    words = words_of(recording.axis)
+    for name, called in zip(REQUIRED, (words.rate_column, words.effort_column), strict=True):
+        share = alternates(recording.streams()[name][1])
+        if share is not None:
+            raise BadInput(f"{path}: {sentence(called, 'one name', share)}")
+
+
+@contextmanager
+def beside_assumptions(notes: Iterable[str]) -> Iterator[None]:
+    """Lets a refusal begin with what was assumed of the logs, by their notes.
+
+    Raises:
+        BadInput: whatever refuses.
+    """
+    try:
+        yield
+    except BadInput as error:
+        assumed = [note for note in dict.fromkeys(notes) if isinstance(note, Assumption) and note not in str(error)]
+        if not assumed or isinstance(error, EmptyCut):
+            raise
+        raise BadInput(f"{'; '.join(assumed)}; {error}") from error
+
+
+def notes_of(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """The notes on all recordings."""
+    return tuple(note for recording in recordings for note in recording.notes)

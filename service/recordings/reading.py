@@ -19,13 +19,18 @@ from incsvr.signals.steps import refuse_steps
 from service.cli.progress import progress
 from service.config.configuration import Config
 from service.inputs.arming import Spans, arming_spans, is_within
-from service.inputs.column_spec import typed_source, typed_source_with_unit
+from service.inputs.clocks import table_time
+from service.inputs.column_spec import of_this_log, split_file, typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
+from service.inputs.presets import Proposal
 from service.inputs.settings import Inputs, Preset, Source
 from service.inputs.table import ROWS
-from service.inputs.units import units_of
+from service.inputs.units import SI_UNITS, units_of
 from service.logs import Log, open_any
 from service.logs import reading as logs
+from service.logs.candidates import turning_instead
+from service.logs.cells import CellFault
+from service.logs.csv_log import open_log as open_csv
 from service.logs.cutting import (
     ARMED_CHANNEL,
     WHOLE_LOG,
@@ -42,7 +47,13 @@ from service.logs.dives import Dive, dives
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.logs.suspect_columns import refuse_without_numbers
-from service.recordings.log_refusals import refuse_fraction, stillness
+from service.recordings.log_refusals import (
+    beside_assumptions,
+    refuse_fraction,
+    refuse_still,
+    refuse_two_senders,
+    refuse_whole_numbers,
+)
 from service.recordings.recording import (
     Recording,
     column_of_axis,
@@ -53,6 +64,7 @@ from service.recordings.recording import (
 )
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.recording_csv import read as read_recording
+from service.recordings.velocities import in_body
 
 
 def cut_recording(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:
@@ -91,6 +103,7 @@ class Reading:
             that effects are looked for in.
         axis: which is meant.
         cut: the part of each recording that is taken.
+        several: whether a command reads several logs, of which one may need flags of its own.
     """
 
     description: LogDescription = NO_DESCRIPTION
@@ -100,6 +113,7 @@ class Reading:
     ours_whole: bool = False
     axis: Axis = YAW
     cut: Cut = WHOLE_LOG
+    several: bool = False
 
     @staticmethod
     def of(args: argparse.Namespace, config: Config) -> Reading:
@@ -108,7 +122,13 @@ class Reading:
         inputs = config.inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
         columns = tuple(column_of_axis(text, axis) for text in args.column)
-        return replace(Reading.configured(config, axis), description=LogDescription(columns, inputs), cut=Cut.of(args))
+        _refuse_other_files(args)
+        return replace(
+            Reading.configured(config, axis),
+            description=LogDescription(columns, inputs),
+            cut=Cut.of(args),
+            several=len(_files(args)) > 1,
+        )
 
     @staticmethod
     def configured(config: Config, axis: Axis | None = None) -> Reading:
@@ -145,6 +165,8 @@ class Reading:
                     found.append(self._of_dive(dive))
                 except EmptyCut as error:
                     left_out.append(error)
+                except BadInput as error:
+                    raise self._named(error, dive.path.name) from None
                 advance()
         if left_out and not found:
             raise left_out[0]
@@ -154,11 +176,18 @@ class Reading:
         return found
 
     def _of_dive(self, dive: Dive) -> Recording:
+        mine = self.description.of(dive.path.name)
+        if mine != self.description:
+            return replace(self, description=mine)._of_dive(dive)
         ours = self.description == NO_DESCRIPTION and all(is_ours(part.path, self.axis) for part in dive.parts)
         if len(dive.parts) == 1:
             return self.of_one(dive.parts[0].path, None if ours else dive.parts[0].log)
         recording = self._continued(dive) if ours else self.of_one(dive.path, dive.opened(self.description))
         return replace(recording, name=dive.name, notes=(*dive.notes, *recording.notes))
+
+    def _named(self, error: BadInput, name: str) -> BadInput:
+        """A refusal of one log of several, whose flags are for that one alone."""
+        return type(error)(of_this_log(str(error), name)) if self.several else error
 
     def _continued(self, dive: Dive) -> Recording:
         """Our own recordings that are parts of one dive."""
@@ -184,10 +213,16 @@ class Reading:
             BadInput: naming the file, what is wrong or missing, and the cure.
         """
         if log is None and self.description == NO_DESCRIPTION and is_ours(path, self.axis):
-            recording = read_recording(
-                path, rate_limit=self.rate_limit, limit_is=self.limit_is, axis=self.axis, cut=self.cut
-            )
-            return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
+            try:
+                recording = read_recording(
+                    path, rate_limit=self.rate_limit, limit_is=self.limit_is, axis=self.axis, cut=self.cut
+                )
+            except BadInput as error:
+                log = _spelt_otherwise(path, error)
+            else:
+                if self.learns:
+                    refuse_two_senders(path, recording)
+                return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
         log = open_any(path) if log is None else log
         refuse_without_numbers(path, log)
         description = self.description
@@ -197,18 +232,32 @@ class Reading:
         proposal = logs.describe(log, description)
         measured = logs.read(path, log, proposal)
         since = logs.since_1970(log, proposal.inputs, measured) if self.cut else None
+        with beside_assumptions((*proposal.sentences, *measured.notes)):
+            return self._of_measured(path, log, proposal, measured, since)
+
+    def _of_measured(
+        self, path: Path, log: Log, proposal: Proposal, measured: MeasuredStreams, since: float | None
+    ) -> Recording:
+        """The measurements of a log as a recording, or why they are none."""
+        source = proposal.inputs.yaw_rate
+        if self.learns and measured.doubts:
+            raise BadInput(f"{path}: {measured.doubts[0]}")
+        if source is not None and self.axis == YAW and not measured.streams["yaw_rate"][0].size:
+            raise BadInput(
+                f"{path}: there is no value of yaw_rate in {source.topic}"
+                + (turning_instead(log, source, "yaw_rate") or f"; `incsvr inspect {path}` shows what there is")
+            )
         recording = self._recording(path, measured, proposal.inputs, since)
         notes = (*proposal.sentences, *measured.notes)
         units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
         recording = replace(recording, notes=notes, places=_places(proposal.inputs), units=units)
-        recording = put_back(recording, self.axis)
+        recording = in_body(put_back(recording, self.axis), self.description.inputs)
         refuse_fraction(path, proposal.inputs, measured, words_of(self.axis))
         if not self.learns:
             return recording
         recording = _armed_alone(path, recording)
-        still = stillness(recording.streams()["yaw_rate"][1], words_of(self.axis))
-        if still is not None:
-            raise BadInput(f"{path}: {still}; give a log in which the vehicle {words_of(self.axis).turns} both ways")
+        source, rate = proposal.inputs.yaw_rate, recording.streams()["yaw_rate"][1]
+        refuse_still(path, log, source if self.axis == YAW else None, rate, words_of(self.axis))
         return recording
 
     def _recording(self, path: Path, measured: MeasuredStreams, inputs: Inputs, since_1970: float | None) -> Recording:
@@ -233,6 +282,9 @@ class Reading:
         for name in ("yaw_rate", "torque") if self.cut else ():
             if np.isnan(recording.columns[name]).all():
                 raise BadInput(f"{path}: there is no value of {name} in the part that {self.cut} takes")
+        source = inputs.yaw_rate
+        if self.learns and source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit]):
+            refuse_whole_numbers(path, recording.columns["yaw_rate"], self.axis.rate, typed_source(source))
         time, rate = recording.streams()["yaw_rate"]
         beyond = np.flatnonzero(np.abs(rate) > self.rate_limit)
         if beyond.size:
@@ -245,9 +297,43 @@ class Reading:
         return recording
 
 
+def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
+    """A recording of our own whose cells or whose time are those of other people's tables.
+
+    Raises:
+        BadInput: the `refusal`, where they are not; or the true cause.
+    """
+    if isinstance(refusal, EmptyCut) or not path.is_file():
+        raise refusal
+    try:
+        log = open_csv(path)
+    except CellFault:
+        raise
+    except BadInput:
+        raise refusal from None
+    table = log.table
+    if log.notes or "t" in table.instants or ("t" in table.columns and table_time(table, "t")[1]):
+        return log
+    raise refusal
+
+
+def _files(args: argparse.Namespace) -> list[Path]:
+    """The logs that a command reads."""
+    return [path for name in ("recordings", "dives", "validate") for path in getattr(args, name, ())]
+
+
+def _refuse_other_files(args: argparse.Namespace) -> None:
+    """Raises BadInput where `--column FILE:NAME=FIELD` names a log that is not read."""
+    names = [path.name for path in _files(args)]
+    for text in args.column:
+        file, _ = split_file(text)
+        if file and file not in names:
+            raise BadInput(f"--column {text}: there is no log {file} among {', '.join(names[:6])}")
+
+
 def _places(inputs: Inputs) -> dict[str, str]:
-    """The sources of yaw rate and torque, with their units as a person types them."""
-    sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque}
+    """The sources of all quantities, with their units as a person types them."""
+    sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque, **inputs.channels}
     return {name: typed_source_with_unit(source) for name, source in sources.items() if source is not None}
 
 
@@ -353,8 +439,8 @@ def read_body(reading: Reading, paths: Sequence[Path]) -> list[Recording]:
 def _axis_without_yaw(path: Path, description: LogDescription) -> Axis | None:
     """The first axis whose velocity and effort are columns of a table that lacks yaw rate or torque; None without."""
     log = open_any(path)
-    if not {YAW.rate, YAW.effort} & logs.describe(log, description).missing.keys():
+    if not {YAW.rate, YAW.effort} & logs.describe(log, description.of(path.name)).missing.keys():
         return None
     there = {field for topic in log.topics if topic.name == ROWS for field in topic.fields}
-    there |= {text.partition("=")[0] for text in description.columns}
+    there |= {text.partition("=")[0] for text in description.of(path.name).columns}
     return next((axis for axis in AXES.values() if axis != YAW and {axis.rate, axis.effort} <= there), None)

@@ -12,6 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import VELOCITIES, YAW, Axis, stream_of
 from incsvr.signals import REQUIRED, RUN_PAUSE_S
+from service.inputs.column_spec import split_file
 from service.inputs.table import ROWS
 from service.logs.log import Log
 
@@ -139,11 +140,13 @@ _AWAY = "other."
 
 def column_of_axis(text: str, axis: Axis) -> str:
     """The columns of an axis's own velocity and force, under the two names of a log, yaw_rate and torque."""
-    name, mark, where = text.partition("=")
+    file, rest = split_file(text)
+    name, mark, where = rest.partition("=")
     if axis == YAW or not mark:
         return text
     own = {axis.rate: YAW.rate, axis.effort: YAW.effort}
-    return f"{own.get(name, _AWAY + name if name in (YAW.rate, YAW.effort) else name)}={where}"
+    prefix = f"{file}:" if file else ""
+    return f"{prefix}{own.get(name, _AWAY + name if name in (YAW.rate, YAW.effort) else name)}={where}"
 
 
 def with_own_columns(path: Path, log: Log, columns: Sequence[str], axis: Axis) -> tuple[str, ...]:

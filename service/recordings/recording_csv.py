@@ -20,14 +20,16 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.axes import EFFORTS, YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.signals.steps import refuse_steps
 from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.clocks import set_at, without_leaps
-from service.logs.csv_log import EMPTY_CELLS
+from service.inputs.marks import all_without_marks
+from service.logs.cells import EMPTY_CELLS
 from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970
 from service.number import number_of
+from service.recordings.log_refusals import refuse_whole_numbers
 from service.recordings.recording import Recording, of_axis, own_columns
 
 RATE_LIMIT = YAW.fastest
@@ -81,6 +83,8 @@ def read(
         if np.isnan(columns[name]).all():
             where = f" in the part that {cut} takes" if cut else ""
             raise BadInput(f"{path}: the column {name} is empty{where}; it must hold the {_unit(axis, name)}")
+    columns, marks = all_without_marks(columns, EFFORTS)
+    refuse_whole_numbers(path, columns[rate], rate, rate)
     beyond = np.flatnonzero(np.abs(columns[rate]) > rate_limit)
     if beyond.size:
         faster = f"; if the vehicle really turns so fast, raise {limit_is}" if limit_is else ""
@@ -91,7 +95,7 @@ def read(
         )
     for name, values in columns.items():
         refuse_steps(time[~np.isnan(values)], f"{path}: the times of {name}")
-    merged = Recording(path.name, *_merged(path, time, columns, rows), notes=tuple(set_at(at) for at in sets))
+    merged = Recording(path.name, *_merged(path, time, columns, rows), notes=(*(set_at(at) for at in sets), *marks))
     return of_axis(merged, axis)
 
 

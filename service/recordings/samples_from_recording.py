@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from incsvr.checks.filtered_export import filtered_export
 from incsvr.checks.heading_against_rate import beside_yaw_rate
 from incsvr.checks.offsets import offsets, unsteady
 from incsvr.compensation.effects_in_force import Compensation
@@ -53,6 +54,8 @@ def remarks_of(recording: Recording, smoothing: float) -> list[str]:
         in_bursts(words.stream(name), apart) for name in REQUIRED if (apart := bursts(streams[name][0])) is not None
     ]
     clock = None if said else unsteady(offsets(streams[YAW_RATE], streams[TORQUE], smoothing))
+    if clock is None and not said and (exported := filtered_export(streams[YAW_RATE], streams[TORQUE])) is not None:
+        said.append(words.fill(exported))
     with_heading = recording.axis == YAW and HEADING in streams
     heading = beside_yaw_rate(streams[YAW_RATE], streams[HEADING]) if with_heading else None
     clock = None if clock is None else in_words_of(recording.axis, clock)
@@ -116,7 +119,8 @@ def signals_for(
         periods.append(float(f"{np.median(steps):.2g}"))  # a clock's jitter must not show in the settings
     slower = periods[REQUIRED.index(YAW_RATE)] if torque == COMMANDED else max(periods)
     smoothing = max(3.0 * slower, ROTOR_LAG_S)
-    duration = sum(float(np.ptp(recording.time)) for recording in recordings)
+    steps = np.concatenate([np.diff(recording.time) for recording in recordings])
+    duration = float(steps[steps <= MAX_PAUSE_S].sum())  # nothing is sampled in a pause
     narrow = max(3.0 * periods[REQUIRED.index(YAW_RATE)], MIN_HELD_SMOOTHING_S)
     share = 0.0 if torque == MEASURED else _held_share(recordings, narrow)
     if narrow <= smoothing and share >= MIN_HELD_SHARE:

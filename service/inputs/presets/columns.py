@@ -35,12 +35,13 @@ def proposal(observed: Observation) -> Proposal | None:
     if table is None:
         return None
     named = {field: _parts(field) for field in table.fields}
+    dull = {field for (_, field), rank in observed.ranks.items() if rank > 1}
     time = time_column(table.fields)
     stamp = StampedBy() if time is None else StampedBy(stamp=time[0], stamp_unit=time[1])
     missing = {}
     found: dict[str, Source | None] = {}
     for name, names in (("yaw_rate", _RATES), ("torque", _TORQUES)):
-        field = _pick(named, names)
+        field = _pick({field: each for field, each in named.items() if field not in dull}, names) or _pick(named, names)
         found[name] = None
         if field is None:
             known = ", ".join(table.fields[:12]) or "no column of numbers"

@@ -24,6 +24,7 @@ def proposal(observed: Observation) -> Proposal | None:
     gyros = [name for name in instances(named, "IMU") if {"GyrZ", "TimeUS"} <= set(named[name].fields)]
     if not gyros:
         return None
+    gyros.sort(key=lambda name: observed.ranks.get((name, "GyrZ"), 0))
 
     def source(topic: str, field: str, unit: str) -> Source | None:
         there = topic in named and field in named[topic].fields

@@ -153,12 +153,15 @@ def frame_of(observed: Observation, place: Place) -> tuple[int | None, tuple[str
             },
         )
     kind = ardusub_frames.frame(observed.parameters)
+    assumption = ardusub_frames.assumption(observed.parameters)
+    assumed = () if assumption is None else (assumption,)
     if kind is None:
-        return 1, (ardusub_frames.assumption(observed.parameters) or "",), {}
+        return 1, assumed, {}
     if kind not in ardusub_frames.FRAME_NAMES:
         cure = f"the levers of frame {kind} are not known: {vehicle_kind.thruster_example(observed.parameters, place)}"
         return None, (), {"torque": cure}
     names = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(ardusub_frames.YAW_SHARES) + 1)]
     told = [f"{observed.parameters[name]:+.0f}" for name in names if name in observed.parameters]
-    directions = f", directions {', '.join(told)}" if told else ", directions unknown"
-    return kind, (f"frame {kind} ({ardusub_frames.FRAME_NAMES[kind]}){directions}, by the vehicle's parameters",), {}
+    directions = f", directions {', '.join(told)}" if told else ""
+    by = f"frame {kind} ({ardusub_frames.FRAME_NAMES[kind]}){directions}, by the vehicle's parameters"
+    return kind, (by, *assumed), {}

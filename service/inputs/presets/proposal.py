@@ -21,12 +21,14 @@ class Observation:
         parameters: of the vehicle, by name, as far as it told them.
         self_description: what the vehicle says of itself beside.
         absent_batteries: topics of batteries that show no battery.
+        ranks: how poor a candidate is by its values, by topic and field; 0 where it moves, or nobody looked.
     """
 
     topics: Sequence[Topic]
     parameters: Mapping[str, float] = field(default_factory=dict)
     self_description: SelfDescription = field(default_factory=SelfDescription)
     absent_batteries: frozenset[str] = frozenset()
+    ranks: Mapping[tuple[str, str], int] = field(default_factory=dict)
 
     def of_types(self, *types: str) -> list[Topic]:
         """The topics of a type, those of the first types first, then by name."""

@@ -19,6 +19,7 @@ def proposal(observed: Observation) -> Proposal | None:
     def source_of(quantity: str, message: str, field: str) -> Topic | None:
         found = [name for name in instances(named, message) if field in named[name].fields]
         found = [name for name in found if name not in observed.absent_batteries] or found
+        found.sort(key=lambda name: observed.ranks.get((name, field), 0))
         reasons[quantity] = others_note(quantity, found[0], found[1:]) if found else ()
         return named[found[0]] if found else None
 

@@ -18,6 +18,8 @@ RATE_PATHS = {
     "geometry_msgs/msg/Vector3Stamped": "vector.z",
 }
 TORQUE_PATHS = {"geometry_msgs/msg/WrenchStamped": "wrench.torque.z", "geometry_msgs/msg/Wrench": "torque.z"}
+NO_RATE_FIELD = "angular_velocity_covariance[0]"
+"""−1 in an Imu that has no rate."""
 STATE_TYPE = "mavros_msgs/msg/State"
 LISTENED_TYPES = (*RATE_PATHS, *TORQUE_PATHS, STATE_TYPE)
 """The types whose keys are listened to on a bus."""
@@ -38,6 +40,8 @@ def proposal(observed: Observation) -> Proposal | None:
     for name, found in (("yaw_rate", rates), ("torque", torques)):
         first_own = any(map(_foreign, found)) and not _foreign(found[0])
         why = "the first by its name" + (" that is no camera's" if first_own else "")
+        if found and any(_rank(observed, each) > _rank(observed, found[0]) for each in found[1:]):
+            why = "the first by its name whose values move"
         reasons[name] = others_note(name, found[0].name, [topic.name for topic in found[1:]], why) if found else ()
     commands = observed.of_types("std_msgs/msg/Float64MultiArray", "mavros_msgs/msg/RCOut")
     missing = {}
@@ -69,17 +73,21 @@ def proposal(observed: Observation) -> Proposal | None:
 def _candidates(observed: Observation, types: Mapping[str, str], beside: Topic | None = None) -> list[Topic]:
     """The topics that have the field of their type, the likeliest first; how busy they are says nothing.
 
-    Those come first that are no camera's, then those of the earlier types, then those that share the first part of
-    their name with the topic `beside`, then those with the shortest and the first names.
+    Those come first that are no camera's, then those whose values move, then those of the earlier types, then those
+    that share the first part of their name with the topic `beside`, then those with the shortest and the first names.
     """
     share = None if beside is None else ros_name(beside.name).partition("/")[0]
 
-    def place(topic: Topic) -> tuple[bool, int, bool, int, str]:
+    def place(topic: Topic) -> tuple[bool, int, int, bool, int, str]:
         name = ros_name(topic.name)
         apart = share is not None and name.partition("/")[0] != share
-        return _foreign(topic), list(types).index(topic.type), apart, name.count("/"), name
+        return _foreign(topic), _rank(observed, topic), list(types).index(topic.type), apart, name.count("/"), name
 
     return sorted((topic for topic in observed.of_types(*types) if types[topic.type] in topic.fields), key=place)
+
+
+def _rank(observed: Observation, topic: Topic) -> int:
+    return observed.ranks.get((topic.name, {**RATE_PATHS, **TORQUE_PATHS}.get(topic.type, "")), 0)
 
 
 def _foreign(topic: Topic) -> bool:

@@ -73,9 +73,10 @@ def test_a_gap_is_said_and_not_bridged(
     kept = (whole.time < 100.0) | (whole.time > 130.0)
     path = tmp_path / "gap.csv"
     write(path, Recording("gap.csv", whole.time[kept], {name: v[kept] for name, v in whole.columns.items()}))
-    result = fit(capsys, path)
+    result, spacing = fit(capsys, path), ("--set", "signals.sample_period=0.25")
     assert result["remarks"][0].startswith("gap.csv: yaw_rate pauses 1 times for longer than 0.2 s, 30 s in all")
-    assert result["samples"] < fit(capsys, recorded["T1"])["samples"] - 30
+    lost = fit(capsys, recorded["T1"], *spacing)["samples"] - fit(capsys, path, *spacing)["samples"]
+    assert 30.0 / 0.25 <= lost < 35.0 / 0.25
 
 
 @pytest.mark.slow

@@ -89,9 +89,12 @@ def test_a_log_of_one_axis_without_yaw_is_identified(tmp_path: Path, capsys: pyt
 def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
     dives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """On a dive whose efforts have the wrong sign: the text, the JSON and the report say so."""
+    """On a dive whose efforts are those of another time: the text, the JSON and the report say so."""
     log = swim(torpedo(np.random.default_rng(51)), 60.0, 53)
-    wrong = {name: (time, -values if name in EFFORTS else values) for name, (time, values) in log.items()}
+    wrong = {
+        name: (time, np.roll(values, values.size // 2) if name in EFFORTS else values)
+        for name, (time, values) in log.items()
+    }
     write(tmp_path / "wrong.csv", from_streams("wrong", wrong))
     target, report = tmp_path / "found.json", tmp_path / "report.html"
     words = ["identify", str(dives / "one.csv"), "--validate", str(tmp_path / "wrong.csv"), "--report", str(report)]

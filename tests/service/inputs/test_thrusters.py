@@ -129,7 +129,9 @@ def test_the_measured_voltage_counts_and_a_missing_one_is_said() -> None:
     np.testing.assert_allclose(full, 0.5 * 3.71 * KGF_N)
     assert not notes
     _, notes = torque(one(command="pwm"), u=1900.0)
-    assert notes == ("the battery's voltage is unknown: the thrust is computed for 16 V",)
+    assert notes == (
+        "the battery's voltage is unknown: the thrust is computed for 16 V (--column voltage=NAME gives it)",
+    )
 
 
 def test_a_frame_by_the_vehicles_parameters() -> None:

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from service.inputs.clocks import Clock
+from service.inputs.clocks import Clock, ClockOfRate
 from service.recordings.recording import Recording
 from tests.service import link
-from tests.service.logs.dive import BOOT, EPOCH, read
-from tests.service.logs.test_middleware import DIVE, dive_bag
+from tests.service.logs.dive import BOOT, EPOCH, dive, read
+from tests.service.logs.test_middleware import DIVE, ROS2, bag_of, dive_bag, imu, wrench
 from tests.service.logs.test_whose import DIVE as SWUM
 from tests.service.logs.test_whose import written
 
@@ -91,3 +92,49 @@ def test_a_simulation_at_half_the_pace_keeps_its_own_time() -> None:
     others: Array = np.asarray(time[::5] + 0.001, dtype=np.float64)
     np.testing.assert_allclose(clock.times_of(EPOCH + 2.0 * others, others)[0], others)
     np.testing.assert_allclose(clock.times_of(EPOCH + 2.0 * others, None)[0], others, atol=0.25)
+
+
+PACED = dive(seconds=40.0)
+
+
+def paced_bag(path: Path, arrival: Array, torque_stamps: Array | None = None, rate_stamps: Array = PACED.time) -> Path:
+    """The dive as a bag of ROS 2 whose Imu bears the stamps of a simulator, or none where they are zero."""
+    types = ROS2.types
+    messages = []
+    for k, (at, rate, torque) in enumerate(zip(arrival.tolist(), PACED.rate, PACED.torque, strict=True)):
+        turned, pushed = imu(ROS2, float(rate_stamps[k]), rate), wrench(ROS2, torque)
+        if torque_stamps is not None:
+            header = imu(ROS2, float(torque_stamps[k]), 0.0).header
+            pushed = types["geometry_msgs/msg/WrenchStamped"](header, pushed)
+        messages += [(at, "/imu/data", turned), (at + 1e-6, "/thrust", pushed)]
+    return bag_of(path, messages)
+
+
+@pytest.mark.parametrize("speed", [0.5, 0.33, 1.6, "wavering"])
+@pytest.mark.parametrize("stamped", [False, True])
+def test_a_simulator_at_another_speed_places_what_bears_no_stamp_of_it(
+    tmp_path: Path, speed: float | str, stamped: bool
+) -> None:
+    of_each = 0.6 + 0.2 * np.sin(0.4 * PACED.time) if speed == "wavering" else np.full(PACED.time.size, speed)
+    arrival = EPOCH + np.cumsum(np.diff(PACED.time, prepend=0.0) / of_each.astype(float))
+    recording = read(paced_bag(tmp_path / "bag", arrival, arrival if stamped else None))
+    time, torque = recording.streams()["torque"]
+    np.testing.assert_allclose(torque, PACED.torque, atol=1e-9)
+    np.testing.assert_allclose(time, PACED.time, atol=0.05 if speed == "wavering" else 0.001)
+    assert any("times the speed of the arrivals" in note for note in recording.notes)
+
+
+def test_a_rate_without_stamps_beside_a_simulator_s_is_refused(tmp_path: Path) -> None:
+    bag = paced_bag(tmp_path / "bag", EPOCH + 2.0 * PACED.time, PACED.time, np.zeros(PACED.time.size))
+    with pytest.raises(BadInput, match=r"yaw_rate bears no stamp, and those of torque run at 0.5 times the speed"):
+        read(bag)
+
+
+def test_a_simulator_at_half_speed_on_the_bus() -> None:
+    clock = ClockOfRate()
+    for k in range(100):
+        clock.reference([0.05 * k], EPOCH + 0.1 * k)
+        times, own = clock.times_of("torque", None, EPOCH + 0.1 * k + 0.08)
+    assert times == pytest.approx([0.05 * 99 + 0.04])
+    assert not own
+    assert "runs at 0.5 times the speed" in clock.doubts("torque", own, False)[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 import time as clock
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,18 @@ def imu(store: Any, at: float, rate: float) -> Any:
 def wrench(store: Any, torque: float) -> Any:
     vector = store.types["geometry_msgs/msg/Vector3"]
     return store.types["geometry_msgs/msg/Wrench"](vector(0.0, 0.0, 0.0), vector(0.0, 0.0, torque))
+
+
+def bag_of(path: Path, messages: Sequence[tuple[float, str, Any]]) -> Path:
+    """A bag of ROS 2 with these messages: arrival [s since 1970], topic and message."""
+    with Writer2(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topics: dict[str, Any] = {}
+        for at, topic, message in sorted(messages, key=lambda each: each[0]):
+            kind = message.__msgtype__
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, kind, typestore=ROS2)
+            writer.write(topics[topic], round(1e9 * at), ROS2.serialize_cdr(message, kind))
+    return path
 
 
 def dive_bag(

@@ -1,0 +1,109 @@
+"""Two senders under one name: values, or stamps, that alternate between two series."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from incsvr.numerics import Array
+
+SENDER = "(sender)"
+"""The column with the number of the sender, where a log has several of one name: no field has a bracket."""
+MIN_VALUES = 60
+"""Values by which an alternation is seen."""
+MIN_OUTSIDE = 12
+"""Values of the second series at least."""
+MIN_OUTSIDE_SHARE = 0.015
+"""Share of the values that are of the second series at least: 2 Hz beside 50 Hz are twice as many."""
+JUMP_RATIO = 5.0
+"""How many times farther a value is from both neighbours than they are from each other, to be of another series."""
+MIN_JUMP_SHARE = 0.1
+"""How far that is at least, in parts of how far the values go."""
+MAX_OWN_STEP_SHARE = 0.1
+"""The usual step from one value of the second series to the next, in parts of that distance: spikes are no series."""
+MAX_MIRROR_SHARE = 0.05
+"""The same of the middle between the two series where a command merely goes to and fro at every sample."""
+MAX_LATE_S = 60.0
+"""The time by which a message may come again [s]: what is older is of another clock."""
+HALF_SHARE = 0.4
+"""Share of the second series from which on it is half."""
+APART_S = 1.0
+"""The difference of two clocks from which on they are two [s]."""
+
+
+def alternates(values: Array) -> float | None:
+    """The share of the second series in values (n,) in the order in which they came; None where they are one series."""
+    values = values[np.isfinite(values)]
+    if values.size < MIN_VALUES:
+        return None
+    before, at, after = values[:-2], values[1:-1], values[2:]
+    jump, across = np.minimum(np.abs(at - before), np.abs(at - after)), np.abs(after - before)
+    reach = float(np.quantile(np.abs(values - np.median(values)), 0.98))
+    outside = (jump > JUMP_RATIO * across) & (jump > MIN_JUMP_SHARE * reach) & (reach > 0.0)
+    count = int(np.count_nonzero(outside))
+    if count < max(MIN_OUTSIDE, MIN_OUTSIDE_SHARE * values.size):
+        return None
+    series, far = at[outside], float(np.median(jump[outside]))
+    steps = np.minimum(np.abs(series[2:] - series[1:-1]), np.abs(series[2:] - series[:-2]))
+    middle = 0.5 * np.abs(at + before)[outside]
+    if float(np.median(steps)) > MAX_OWN_STEP_SHARE * far or np.median(middle) < MAX_MIRROR_SHARE * far:
+        return None
+    return min(count / values.size, 0.5)
+
+
+def two_clocks(arrival: Array, stamps: Array) -> bool:
+    """Whether stamps (n,) [s] come of two clocks by turns; those that come again over a second link count once."""
+    first = np.sort(np.unique(stamps, return_index=True)[1])
+    apart = (arrival - stamps)[first]
+    apart = apart[np.isfinite(apart)]
+    if apart.size < MIN_VALUES:
+        return False
+    changes = np.abs(np.diff(apart)) > APART_S
+    back = np.abs(apart[2:] - apart[:-2]) < APART_S
+    return int(np.count_nonzero(changes[1:] & changes[:-1] & back)) >= MIN_OUTSIDE
+
+
+def by_turns(senders: Array, values: Array) -> float | None:
+    """The share of the rarer sender in values (n,) whose senders are known by number, where they send by turns."""
+    known = np.isfinite(values) & np.isfinite(senders)
+    senders, values = senders[known], values[known]
+    numbers, counts = np.unique(senders, return_counts=True)
+    differs = (np.diff(senders) != 0.0) & (np.diff(values) != 0.0)
+    if numbers.size < 2 or np.count_nonzero(differs) < MIN_OUTSIDE:
+        return None
+    return float(counts.min() / counts.sum())
+
+
+def sentence(name: str, topic: str, share: float, known: bool = False) -> str:
+    """The sentence on values that alternate; `known`: by senders that the log names."""
+    if known:
+        return (
+            f"{name} comes by turns from two senders on {topic}, which the log names, {100.0 * share:.0f} % of it from "
+            "the rarer one; let one of them be silent, or give it a name of its own, and record again"
+        )
+    part = "half" if share > HALF_SHARE else "a part"  # in health it must not change with every message
+    return (
+        f"{name} alternates between two series of values, {part} of them of the second: two senders on {topic}, or "
+        "drop-outs; let one of them be silent, or give it a name of its own, and record again"
+    )
+
+
+@dataclass(slots=True)
+class SenderWatch:
+    """The newest values of each input as they came on a bus."""
+
+    recent: dict[str, deque[float]] = field(default_factory=dict)
+    last: dict[str, float] = field(default_factory=dict)
+
+    def add(self, name: str, times: list[float], values: list[float]) -> None:
+        """More values of an input, with their times [s]; those that come again over a second link show nothing."""
+        if not times or self.last.get(name, -np.inf) > times[-1] > self.last[name] - MAX_LATE_S:
+            return
+        self.last[name] = times[-1]
+        self.recent.setdefault(name, deque(maxlen=4 * MIN_VALUES)).extend(values)
+
+    def share(self, name: str) -> float | None:
+        """As `alternates`, of the newest values."""
+        return alternates(np.array(self.recent.get(name, ())))

@@ -1,0 +1,156 @@
+"""Tables as people have them: each spelling gives the numbers of the plain table, or its cause is named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.numerics import Array
+from incsvr.plant.axes import YAW
+from service.inputs.marks import without_marks
+from service.recordings.reading import Reading
+from service.recordings.recording import Recording
+from service.recordings.samples_from_recording import signals_for
+from tests.service.logs.dive import dive, read
+
+DIVE = dive(seconds=20.0)
+Spell = Callable[[float], str]
+
+
+def table(
+    header: str, time: Spell, rate: Spell = "{:.9f}".format, torque: Spell = "{:.9f}".format, mark: str = ","
+) -> str:
+    lines = [header]
+    lines += [
+        mark.join((time(t), rate(r), torque(u))) for t, r, u in zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True)
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def comma(value: float) -> str:
+    return f"{value:.9f}".replace(".", ",")
+
+
+def in_quotes(value: float) -> str:
+    return f'"{comma(value)}"'
+
+
+def dated(spelling: str, begin: datetime) -> Spell:
+    return lambda t: (begin + timedelta(seconds=round(t, 3))).strftime(spelling)
+
+
+def points(value: float) -> str:
+    return f"{value:,.0f}".replace(",", ".")
+
+
+NIGHT = datetime(2024, 2, 13, 23, 59, 50, tzinfo=UTC)
+OURS = "t,yaw_rate,torque"
+SUMMER_ENDS_S = 10.0
+
+
+def set_back(t: float) -> str:
+    return dated("%Y-%m-%d %H:%M:%S.%f", NIGHT)(t - (3600.0 if t > SUMMER_ENDS_S else 0.0))
+
+
+READ = {
+    "date as t": table(OURS, dated("%Y-%m-%dT%H:%M:%S.%f", NIGHT)),
+    "date under a name of its own": table("logged at,yaw_rate,torque", dated("%Y-%m-%d %H:%M:%S.%f", NIGHT)),
+    "day first": table("Zeit;yaw_rate;torque", dated("%d.%m.%Y %H:%M:%S.%f", NIGHT), comma, comma, ";"),
+    "month first": table("when,yaw_rate,torque", dated("%m/%d/%Y %H:%M:%S.%f", NIGHT)),
+    "past midnight": table("time,yaw_rate,torque", dated("%H:%M:%S.%f", NIGHT)),
+    "past noon, of twelve hours": table("time,yaw_rate,torque", dated("%I:%M:%S.%f %p", NIGHT)),
+    "past the hour, without hours": table("time,yaw_rate,torque", dated("%M:%S.%f", NIGHT)),
+    "since the beginning, with days": table("time,yaw_rate,torque", lambda t: f"0 days 00:00:{t:09.6f}"),
+    "date with a comma": table(OURS.replace(",", ";"), lambda t: dated("%Y-%m-%d %H:%M:%S,%f", NIGHT)(t), mark=";"),
+    "a spreadsheet's separator": "sep=;\n" + table("t;yaw_rate;torque", comma, comma, comma, ";"),
+    "clock set back": table("time,yaw_rate,torque", set_back),
+    "clock of t set back": table(OURS, lambda t: f"{t if t < SUMMER_ENDS_S else t - 7.0:.3f}"),
+    "commas in quotes": table('"t","yaw_rate","torque"', in_quotes, in_quotes, in_quotes),
+    "thousands with points": table("t;yaw_rate;torque", lambda t: points(1e3 * t), comma, comma, ";"),
+    "thousands with points, since 1970": table(
+        "t;yaw_rate;torque", lambda t: points(1.7e12 + 1e3 * t), comma, comma, ";"
+    ),
+    "thousands in quotes": table(OURS, lambda t: f'"{1e3 * t:,.0f}"'),
+    "thousands with spaces": table(
+        "t;yaw_rate;torque", lambda t: points(1e3 * t).replace(".", "\u202f"), comma, comma, ";"
+    ),
+    "row of units": table(OURS + "\nms,°/s,Nm", lambda t: f"{1e3 * t:.0f}", lambda r: f"{np.degrees(r):.9f}"),
+    "row of units in brackets": table(OURS + "\n[s],[deg/s],[N m]", "{:.3f}".format, lambda r: f"{np.degrees(r):.9f}"),
+    "several rows a stamp": table(OURS, lambda t: f"{int(round(t, 3) + 1.7e9)}"),
+}
+
+
+@pytest.mark.parametrize("name", READ)
+def test_it_is_read_as_the_plain_table(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text(READ[name], encoding="utf-8")
+    recording = Reading(learns=False).of_one(path)
+    for stream, values in (("yaw_rate", DIVE.rate), ("torque", DIVE.torque)):
+        time, got = recording.streams()[stream]
+        np.testing.assert_allclose(got, values, atol=1e-6)
+        np.testing.assert_allclose(time - time[0], DIVE.time, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "cause", "cure"),
+    [
+        (table("t(msec),yaw_rate,torque", "{:.3f}".format), "the log would last 0.02 s", "t=t(msec):s"),
+        (table("time [us],yaw_rate,torque", lambda t: f"{1e3 * t:.0f}"), "if it is in ms", "t=time [us]:ms"),
+        (table(OURS, comma, comma, comma), "6 whole numbers under a header of 3 look like decimal commas", None),
+        (table("time,yaw_rate,torque", lambda t: f"T+{t:.3f}"), "'T+0.000', which is read as no time", None),
+        (table(OURS, "{:.3f}".format, lambda r: f"{1e6 * r:.0f}"), "whole numbers", "yaw_rate=yaw_rate*0.000001"),
+        (table("stamp,r,tau", "{:.3f}".format, lambda r: f"{1e3 * r:.0f}"), "whole numbers", "yaw_rate=r*0.001"),
+    ],
+)  # fmt: skip
+def test_the_cause_is_named_and_its_cure_reads_it(tmp_path: Path, text: str, cause: str, cure: str | None) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(BadInput) as caught:
+        Reading().of_one(path)
+    assert cause in str(caught.value)
+    assert "\n" not in str(caught.value)
+    if cure is not None:
+        np.testing.assert_allclose(read(path, cure).columns["yaw_rate"], DIVE.rate, atol=2e-3)
+
+
+def test_rows_of_one_topic_after_another_are_sorted(tmp_path: Path) -> None:
+    lines = ["stamp,r,tau", *(f"{t},{r}," for t, r in zip(DIVE.time, DIVE.rate, strict=True))]
+    lines += [f"{t},,{u}" for t, u in zip(DIVE.time, DIVE.torque, strict=True)]
+    (tmp_path / "run.csv").write_text("\n".join(lines), encoding="utf-8")
+    recording = read(tmp_path / "run.csv")
+    np.testing.assert_allclose(recording.streams()["torque"][0], DIVE.time)
+    assert not any("clock" in note for note in recording.notes)
+
+
+def test_a_pause_does_not_thin_the_samples() -> None:
+    def recording(pause: float) -> Recording:
+        time = DIVE.time + pause * (DIVE.time > SUMMER_ENDS_S)
+        return Recording("run", time, {"yaw_rate": DIVE.rate, "torque": DIVE.torque})
+
+    periods = [signals_for([recording(pause)], 0.6, YAW.fastest).sample_period for pause in (0.0, 120.0, 36_000.0)]
+    np.testing.assert_allclose(periods, periods[0], rtol=0.01)
+
+
+RATE: Array = np.sin(np.arange(400) * 0.05)
+
+
+@pytest.mark.parametrize(
+    ("mark", "is_command", "left_out"),
+    [
+        (-32.768, False, True), (327.67, True, True), (-9999.0, True, True), (65.535, False, True),
+        (100.25, False, True), (100.25, True, False), (3.0, False, False),
+    ],
+)  # fmt: skip
+def test_marks_of_no_measurement_are_left_out(mark: float, is_command: bool, left_out: bool) -> None:
+    values = np.where(np.arange(400) % 50 < 3, mark, RATE)
+    found, note = without_marks("surge", values, is_command)
+    assert (note is not None) == left_out
+    assert np.isnan(found).sum() == left_out * np.count_nonzero(values == mark)
+    pulses = np.where(np.arange(400) % 50 < 3, 40.0, 0.0)
+    assert without_marks("torque", pulses, True)[1] is None
+    assert without_marks("surge", RATE)[1] is None
