@@ -190,7 +190,7 @@ def irrelevance(gain: float) -> str:
     """Why an effect is not named that lowers the free run's error on held-out pieces by this part; negative raises."""
     if gain < 0.0:
         return f"it raises the free run's error on held-out pieces by {-gain:.1%}"
-    return f"it lowers the free run's error on held-out pieces by {gain:.1%}, less than a reader would see"
+    return f"it lowers the free run's error on held-out pieces by {abs(gain):.1%}, less than a reader would see"
 
 
 def _named(names: Sequence[str]) -> str:
