@@ -183,8 +183,9 @@ class _Queue:
                 self._bytes -= self._waiting.popleft()[2]
                 refused("queue_full")
 
-    def __len__(self) -> int:
-        return len(self._waiting)
+    def part(self, places: int) -> float:
+        """The messages that wait, as a part of a ring of so many places or of what one turn reads."""
+        return max(len(self._waiting) / places, self._bytes / TURN_BYTES)
 
     def turn(self) -> Iterator[tuple[Any, Any, int]]:
         """The messages that are read before it is the next queue's turn: each with its payload and its size [bytes]."""
@@ -222,9 +223,9 @@ class Ingest:
         ]
 
     def waiting(self) -> float:
-        """Takes what came from the rings, and says how full the fullest of them would be."""
+        """Takes what came from the rings, and says how full the fullest of them, or a turn of reading, would be."""
         self._fill()
-        return max(map(len, self._queues)) / self._places
+        return max(queue.part(self._places) for queue in self._queues)
 
     def read(self) -> Arrived:
         """The measurements since the last call; all may be learned from."""
