@@ -50,7 +50,14 @@ class Vessel(Bench):
                 self.put(key, payload, encoding)
             part = min(first + BURST, len(messages)) / len(messages)
             self._come(wanted - rates + round(rates * part) - 20)
-        return self._come(wanted)
+        self._come(wanted)
+        counts = list[dict[str, int]]()
+
+        def rests(health: Health) -> bool:
+            counts.append({name: stream.received for name, stream in health.streams.items()})
+            return len(counts) > 1 and counts[-1] == counts[-2]
+
+        return self.health_when(rests)  # a message's streams are counted one after the other
 
     def _come(self, rates: int) -> Health:
         return self.health_when(lambda health: health.streams["yaw_rate"].received >= rates)
