@@ -110,7 +110,7 @@ def _of_whole(x: Array, gamma: float, vanishing: bool) -> tuple[Array, Array]:
 
 
 def _row_by_row(x: Array, gamma: float, vanishing: bool) -> tuple[Array, Array]:
-    """The same, of rows of the kernel matrix that are computed one by one as pivots need them."""
+    """φ (rank, n) and the pivots (rank,), of which each computes its row of the kernel matrix when it is chosen."""
     n = x.shape[0]
     phi, pivots = np.empty((16, n)), list[int]()
     left = np.ones(n)

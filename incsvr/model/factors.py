@@ -14,7 +14,7 @@ from incsvr.numerics import Array
 Indices = NDArray[np.intp]
 
 Function = Callable[..., Array]
-"""Of an array, and of another one that takes its values."""
+"""A function of an array of signals; a second array, where it is given, takes the values."""
 SIMPLE: dict[str, Function] = {
     "size": np.abs, "square": np.square, "sine": np.sin, "cosine": np.cos, "signum": np.sign,
     "root": lambda x, out=None: np.sqrt(np.abs(x), out),

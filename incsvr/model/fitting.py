@@ -89,7 +89,7 @@ class Fit:
 
     @cached_property
     def slopes(self) -> Slopes:
-        """Of the predictions, and the normal equations."""
+        """The slopes of the predictions at θ, and the normal equations made of them."""
         by = tangent(self.course, np.array([self.theta[name] for name in self.names]), self.units)
         return equations(self.problem.white(by), self.problem, self.error, self.starts, self.scale)
 

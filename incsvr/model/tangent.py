@@ -103,8 +103,8 @@ class _Steps:
             self.of_first_memory[row.key] = (later - windows.memory(row, float(constant))) / NUDGE
 
     def _stages(self, axis: str, point: Array) -> list[tuple[int, int, Array]]:
-        """Of each parameter of an effort's stages: its place, the effort's among the signals, and (steps, windows) by
-        how much its unit changes the effort."""
+        """The parameters of an effort's stages: the place of each, that of the effort among the signals, and (steps,
+        windows) by how much a unit of the parameter changes the effort."""
         motion, structure, windows = self._motion, self._motion.structure, self._motion.windows
         found = []
         for place, name in enumerate(structure.names):
@@ -118,8 +118,12 @@ class _Steps:
         return found
 
     def matrices(self, first: int, last: int, at: Indices) -> tuple[Array, Array]:
-        """Of some steps, in which the samples `at` are: what makes of s and G the s after the step and its corrections,
-        and the samples' slopes, (steps, windows, forced + axes, 2 forced); and G, (steps, windows, forced, p)."""
+        """The matrices of some steps, in which the samples `at` lie.
+
+        Returns:
+            (steps, windows, forced + axes, 2 forced), which makes of s and G the s after a step and its corrections,
+            and the slopes of the samples; and G, (steps, windows, forced, p).
+        """
         course, motion, h = self._course, self._motion, self._motion.windows.step
         size, forced, p = course.slopes.shape[1], self.forced, self._units.size
         steps, wide = last - first, course.slopes.shape[2]

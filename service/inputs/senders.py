@@ -20,11 +20,12 @@ MIN_OUTSIDE_SHARE = 0.015
 JUMP_RATIO = 5.0
 """How many times farther a value is from both neighbours than they are from each other, to be of another series."""
 MIN_JUMP_SHARE = 0.1
-"""How far that is at least, in parts of how far the values go."""
+"""How far such a value is from its neighbours at least, in parts of how far the values go."""
 MAX_OWN_STEP_SHARE = 0.1
 """The usual step from one value of the second series to the next, in parts of that distance: spikes are no series."""
 MAX_MIRROR_SHARE = 0.05
-"""The same of the middle between the two series where a command merely goes to and fro at every sample."""
+"""The usual step of the middle between both series, in parts of their distance: where it is less, one command goes to
+and fro at every sample."""
 MAX_LATE_S = 60.0
 """The time by which a message may come again [s]: what is older is of another clock."""
 HALF_SHARE = 0.4
