@@ -106,7 +106,7 @@ class Axes:
         plot.grid(color=hexadecimal(palette.grid), linewidth=1.5)
         for line in (plot.axhline, plot.axvline):
             line(0.0, color=frame, linewidth=1.5, zorder=1.0)
-        plot.spines[:].set(color=frame, linewidth=2.0)
+        plot.spines[:].set(visible=True, color=frame, linewidth=2.0)  # whatever style another drawing has in force
         figure.legend(
             handles=[sign.handle() for sign in legend], ncols=3 if len(legend) > 4 else 2, loc="upper left",
             fontsize=FONT, labelcolor=text, frameon=False, borderaxespad=0.2, columnspacing=1.5, labelspacing=0.35,
