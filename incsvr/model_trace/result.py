@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.special import chdtrc
 
+from incsvr.errors import BadInput
 from incsvr.model import rows as catalogue
 from incsvr.model.candidates import candidates
 from incsvr.model.directions import directions
@@ -17,12 +18,15 @@ from incsvr.model.identification import Identification, identify, pool
 from incsvr.model.intervals import halved
 from incsvr.model.predictor import frequencies
 from incsvr.model.rows import Row
+from incsvr.model.scales import motion_scale
 from incsvr.model.search import Added
 from incsvr.model.series import effort_of, values
+from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
 from incsvr.model_trace.parameters import parameters_of
 from incsvr.model_trace.proof import PLAIN, Proof, has_effects, prove
 from incsvr.model_trace.recordings import Recordings, recordings_of
+from incsvr.model_trace.refusals import refuse_too_little_motion
 from incsvr.model_trace.traced_model import traced_model
 from incsvr.model_trace.unseen import Judge, ends, judge, times
 from incsvr.model_trace.vocabulary import contract_name, streams, word_of
@@ -70,8 +74,16 @@ def trace(
     headings = [run.channels.get("heading", np.empty(0)) for run in (*runs, *(validate or ()))]
     heading = ["heading"] * all(np.isfinite(each).sum() > MIN_HEADING_SAMPLES for each in headings)
     recordings = recordings_of(runs, [*names, *heading])
-    found = identify(recordings.streams, [recordings.axis], {recordings.axis: inertia}, recordings.channels)
+    refuse_too_little_motion(recordings, motion_scale(recordings.streams, recordings.axis))
+    try:
+        found = identify(recordings.streams, [recordings.axis], {recordings.axis: inertia}, recordings.channels)
+    except np.linalg.LinAlgError as error:
+        raise BadInput(
+            f"the equations of these recordings have no solution ({error}): the vehicle hardly moves, or a channel "
+            "repeats another; drive turns both ways with several torques, and leave out what is recorded twice"
+        ) from error
     fitted = judge(recordings, found.models[PLAIN], recordings, excluded=False)
+    refuse_too_little_motion(recordings, fitted.scale, found)
     unseen = judge(recordings, found.models[PLAIN], recordings, excluded=True)
     if validate:
         other = recordings_of(validate, [*names, *heading], recordings.begin)
@@ -118,7 +130,7 @@ def _result(
         axis=axis,
         declared_model=traced_model(plain, (), inertia, *size),
         model=traced_model(model, named, inertia, *size),
-        pictures=_pictures(proof, fitted, plain, model),
+        pictures=_pictures(proof, fitted, plain, model, inertia),
     )
 
 
@@ -275,17 +287,18 @@ def _spells(predictor: Fit, recordings: Recordings, scale: float) -> tuple[tuple
     return spells.spans(stamps, loud, step)
 
 
-def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit) -> Pictures:
-    """What a report draws; the ledger is empty."""
+def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, inertia: float) -> Pictures:
+    """What a report draws."""
     windows = fitted.blocks
     last, _ = ends(windows)
+    stamps, ledger = ledger_of(model, inertia)
     middle = times(windows)[last] - 0.5 * fitted.block
     depends = {"time": middle} | {name: _means(fitted, name, middle) for name in _drawn(fitted)}
     return Pictures(
         before=proof.before,
         after=proof.after,
-        ledger_time=middle,
-        ledger={},
+        ledger_time=stamps,
+        ledger=ledger,
         residual_before=np.concatenate(fitted.torque(plain)),
         residual_after=np.concatenate(fitted.torque(model)),
         depends=depends,

@@ -19,6 +19,7 @@ from incsvr.model.predictor import frequencies
 from incsvr.model.rows import Row
 from incsvr.model_trace.parameters import ends, parameters_of
 from incsvr.model_trace.recordings import Recordings, recordings_of
+from incsvr.model_trace.traced_model import traced_model
 from incsvr.model_trace.vocabulary import WORDS, Here, contract_name, streams, word_of
 from incsvr.numerics import Array
 from incsvr.plant.words import YAW_WORDS
@@ -193,6 +194,9 @@ def test_a_hidden_effect_has_its_true_parameters(name: str, played: dict[str, Ou
     ((found, spans),) = parameters_of(
         fits[best], [shown[best].name], one.outcome.inertia, one.recordings.begin, [halved(fits[best])]
     )
+    model = traced_model(fits[best], [shown[best].name], one.outcome.inertia, one.recordings.begin, 1.0, 1.0, 4.0)
+    assert [effect.name for effect in model.effects()] == [name]
+    assert model.effects()[0].parameters(model.terms[0], one.outcome.inertia) == pytest.approx(found, abs=1e-9)
     truth = one.outcome.truth[name]
     for key in set(found) & set(truth) - {"harmonic"}:
         low, high = spans[key]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from incsvr.errors import BadInput
 from incsvr.model_trace.result import chance_of, sentence, trace
 from incsvr.plant.words import YAW_WORDS
 from incsvr.tracing.findings import Trace
@@ -60,6 +63,21 @@ def test_the_result_has_the_contracts_form(trimmed: Trace) -> None:
     assert [each["p_value"] for each in found["rejected"]] == sorted(each["p_value"] for each in found["rejected"])
     assert "bias_torque" not in {each["effect"] for each in found["rejected"]}
     assert found["model"]["terms"][0]["effect"] == "bias_torque"
+
+
+def test_the_ledgers_parts_are_the_torque(trimmed: Trace) -> None:
+    parts = trimmed.pictures.ledger
+    assert set(parts) == {"declared inertia", "damping", "bias_torque"}
+    torque = np.sum(list(parts.values()), axis=0)
+    assert np.quantile(np.abs(torque), 0.9) == pytest.approx(10.5, rel=0.2)  # of a command of up to 12 N m either way
+    assert parts["bias_torque"] == pytest.approx(-trimmed.model.terms[0].coefficients[0])
+
+
+def test_a_vehicle_that_hardly_moves_is_refused() -> None:
+    still = run_of(3)
+    noise = np.random.default_rng(3).normal(0.0, 0.003, still.time.size)
+    with pytest.raises(BadInput, match="too little motion"):
+        trace([replace(still, yaw_rate=noise)], inertia=12.0)
 
 
 def test_the_text_names_the_effect_with_its_unit(trimmed: Trace) -> None:
