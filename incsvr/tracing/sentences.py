@@ -133,6 +133,8 @@ def headline(found: Trace) -> str:
     words = words_of(found.axis)
     if not found.beats_zero:
         return "the model predicts no better than a rate of zero"
+    if not found.proven and found.error["trivial"]["hold"]["free_run_rmse"] < found.error["after"]["free_run_rmse"]:
+        return "the model predicts no better than the first rate held"
     if found.verdict == "effects":
         key, names = found.decisive_error, _named([finding.effect for finding in found.effects])
         before, after = (f"{found.error[when][key]:.3g}" for when in ("before", "after"))
@@ -190,7 +192,7 @@ def irrelevance(gain: float) -> str:
     """Why an effect is not named that lowers the free run's error on held-out pieces by this part; negative raises."""
     if gain < 0.0:
         return f"it raises the free run's error on held-out pieces by {-gain:.1%}"
-    return f"it lowers the free run's error on held-out pieces by {gain:.1%}, less than a reader would see"
+    return f"it lowers the free run's error on held-out pieces by {abs(gain):.1%}, less than a reader would see"
 
 
 def _named(names: Sequence[str]) -> str:
