@@ -67,6 +67,19 @@ def trace(
     Raises:
         BadInput: where the recordings cannot answer.
     """
+    found = _traced(runs, inertia, validate, torque, must_find=False)
+    assert found is not None
+    return found
+
+
+def trace_if_found(runs: Sequence[Run], *, inertia: float, torque: TorqueKind | None = None) -> Trace | None:
+    """As `trace`; None where it finds no effect, without the work of proving that there is none."""
+    return _traced(runs, inertia, None, torque, must_find=True)
+
+
+def _traced(
+    runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, torque: TorqueKind | None, must_find: bool
+) -> Trace | None:
     check(runs)
     if validate:
         check(validate)
@@ -84,6 +97,8 @@ def trace(
         ) from error
     fitted = judge(recordings, found.models[PLAIN], recordings, excluded=False)
     refuse_too_little_motion(recordings, fitted.scale, found)
+    if must_find and not found.found.added:
+        return None
     unseen = judge(recordings, found.models[PLAIN], recordings, excluded=True)
     if validate:
         other = recordings_of(validate, [*names, *heading], recordings.begin)
@@ -91,7 +106,8 @@ def trace(
     loop = loop_of(runs, fitted, found.models[PLAIN], torque)
     if loop is Loop.OTHER_GYRO and answer_left(fitted, found.model) < OTHER_GYRO_CORRELATION:
         loop = Loop.OPEN  # what was missing had looked like an answer
-    return _result(found, recordings, fitted, unseen, ignored, loop, inertia)
+    result = _result(found, recordings, fitted, unseen, ignored, loop, inertia)
+    return None if must_find and not result.effects else result
 
 
 def _result(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.model_trace.result import chance_of, sentence, trace
+from incsvr.model_trace.result import chance_of, sentence, trace, trace_if_found
 from incsvr.plant.words import YAW_WORDS
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run
@@ -96,6 +96,10 @@ def test_nothing_is_named_and_nothing_proven_where_nothing_is_hidden() -> None:
     found = trace([run_of(3)], inertia=12.0)
     assert (found.verdict, found.effects, found.proven) == ("none", (), False)
     assert found.error["validated_on"] == "blocks"
+
+
+def test_live_gets_nothing_where_nothing_is_hidden() -> None:
+    assert trace_if_found([run_of(3)], inertia=12.0) is None
 
 
 @pytest.mark.parametrize("seed", [3, pytest.param(5, marks=pytest.mark.slow)])
