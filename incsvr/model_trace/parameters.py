@@ -56,6 +56,23 @@ def ends(name: str, value: float, half: float) -> tuple[float, float]:
     return value - half, value + half
 
 
+def has_size(spans: Mapping[str, tuple[float, float]], inertia: float, period: float, most: float = 10.0) -> bool:
+    """Whether the interval of an effect's first parameter excludes that nothing acts.
+
+    Args:
+        inertia: declared.
+        period: of the velocity's samples [s], within which no delay is known.
+        most: how far the ends of what is positive by nature may be apart, as a factor, to be a size.
+    """
+    name, (low, high) = next(iter(spans.items()))
+    if name == "delay_s":
+        return low > period or high < -period
+    usual = {"reverse_efficiency": 1.0, "exponent": 1.0, "inertia_kg_m2": inertia}.get(name)
+    if usual is not None:
+        return not low <= usual <= high
+    return high < most * low if name in POSITIVE else not low <= 0.0 <= high
+
+
 def _slopes(found: Fit, parameters: Parameters, at: Here, spread: Array) -> Mapping[str, Array]:
     """(p,) by parameter, its derivatives by θ, over a hundredth of each deviation."""
     slopes = dict[str, Array]()

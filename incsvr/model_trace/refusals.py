@@ -8,7 +8,6 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.model.identification import Identification
-from incsvr.model.intervals import covariance
 from incsvr.model.series import effort_of, noise, values
 from incsvr.model_trace.proof import OUTPUT_ERROR
 from incsvr.model_trace.recordings import Recordings
@@ -52,7 +51,8 @@ def refuse_too_little_motion(recordings: Recordings, scale: float, found: Identi
 
 
 def _inertia_error(found: Identification, axis: str) -> float:
-    """Relative standard error of a free inertia, which is that of the thrust's gain."""
+    """Relative standard error of a free inertia, which is that of the thrust's gain, by independent errors."""
     free = found.models[OUTPUT_ERROR]
     place = free.names.index(f"mass:{axis}")
-    return math.sqrt(max(float(covariance(free)[place, place]), 0.0))
+    inverse = np.linalg.pinv(free.normal.sum(axis=0) + np.diag(free.prior), rcond=1e-12)
+    return float(free.units[place]) * math.sqrt(max(float(inverse[place, place]), 0.0))

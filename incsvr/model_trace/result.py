@@ -20,10 +20,10 @@ from incsvr.model.predictor import frequencies
 from incsvr.model.rows import Row
 from incsvr.model.scales import motion_scale
 from incsvr.model.search import Added
-from incsvr.model.series import effort_of, values
+from incsvr.model.series import effort_of, period, values
 from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
-from incsvr.model_trace.parameters import parameters_of
+from incsvr.model_trace.parameters import has_size, parameters_of
 from incsvr.model_trace.proof import PLAIN, Proof, has_effects, prove
 from incsvr.model_trace.recordings import Recordings, recordings_of
 from incsvr.model_trace.refusals import refuse_too_little_motion
@@ -47,6 +47,7 @@ CURVES = {"dead": "dead", "limit": "limit", "reverse": "reverse", "exponent": "e
 """Stages of the effort that are a curve of the command."""
 TOO_LITTLE = "it improves too little beside the effects found"
 NOT_UNSEEN = "it does not improve predictions of excluded parts of the recordings clearly"
+NO_SIZE = "it improves the predictions, but these recordings do not tell its size"
 OVERLAP = (
     "the stamps of the recordings overlap, so each has its own time: effects that begin or drift were not sought; "
     "recordings of one dive need stamps that continue from one to the next"
@@ -118,7 +119,10 @@ def _result(
     proof = prove(found, unseen, fitted, closed)
     axis = of_rate(recordings.axis)
     words = words_of(axis)
-    effects = _findings(found, recordings, inertia, closed, words) if sought else []
+    added = _findings(found, recordings, inertia, closed, words) if sought else []
+    sample = period(recordings.streams, recordings.axis)
+    effects = [each for each in added if has_size(each.interval, inertia, sample)]
+    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE) for each in added if each not in effects]
     loud = _spells(found.found.fit, recordings, fitted.scale)
     plain, model = found.models[PLAIN], found.model
     floor = float(proof.error["floor"]["torque_rmse"])
@@ -128,7 +132,7 @@ def _result(
         inertia=inertia,
         verdict="effects" if effects else "unexplained" if loud or not sought else "none",
         effects=tuple(effects),
-        rejected=tuple(_rejected(found, recordings)) if sought else (),
+        rejected=tuple(sorted([*unsure, *_rejected(found, recordings)], key=lambda one: one.p_value)) if sought else (),
         unexplained=(),
         error=proof.error,
         ignored_channels=dict(ignored),

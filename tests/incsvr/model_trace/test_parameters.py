@@ -17,7 +17,7 @@ from incsvr.model.identification import plain_fit, pool, structure_of
 from incsvr.model.intervals import halved
 from incsvr.model.predictor import frequencies
 from incsvr.model.rows import Row
-from incsvr.model_trace.parameters import ends, parameters_of
+from incsvr.model_trace.parameters import ends, has_size, parameters_of
 from incsvr.model_trace.recordings import Recordings, recordings_of
 from incsvr.model_trace.traced_model import traced_model
 from incsvr.model_trace.vocabulary import WORDS, Here, contract_name, streams, word_of
@@ -123,6 +123,19 @@ def test_other_rows_and_stages_have_their_sign_and_unit() -> None:
     assert contract_name("square:sway@surge") == "coriolis:sway*sway"
     assert streams("coriolis:surge*yaw_rate@yaw_rate") == ("surge",)
     assert streams("square:sway@surge") == ("sway",)
+
+
+@pytest.mark.parametrize(
+    ("spans", "known"),
+    [
+        ({"moment_nm": (-0.1, 0.5)}, False), ({"moment_nm": (0.1, 0.5), "at_s": (-1.0, 1.0)}, True),
+        ({"delay_s": (0.05, 0.3)}, False), ({"delay_s": (-0.4, -0.2)}, True), ({"exponent": (0.9, 1.1)}, False),
+        ({"inertia_kg_m2": (25.0, 27.0)}, True), ({"time_constant_s": (0.01, 8.0)}, False),
+        ({"time_constant_s": (0.3, 0.5)}, True),
+    ],
+)  # fmt: skip
+def test_a_name_needs_a_size(spans: dict[str, tuple[float, float]], known: bool) -> None:
+    assert has_size(spans, inertia=24.0, period=0.1) == known
 
 
 def test_ends_of_what_is_positive_by_nature_are_positive() -> None:
