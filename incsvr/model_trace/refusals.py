@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.model.fitting import fit
 from incsvr.model.identification import Identification
 from incsvr.model.series import effort_of, noise, values
-from incsvr.model_trace.proof import OUTPUT_ERROR
+from incsvr.model_trace.proof import OUTPUT_ERROR, PLAIN
 from incsvr.model_trace.recordings import Recordings
 from incsvr.plant.axes import of_rate
 from incsvr.plant.words import words_of
@@ -51,8 +52,14 @@ def refuse_too_little_motion(recordings: Recordings, scale: float, found: Identi
 
 
 def _inertia_error(found: Identification, axis: str) -> float:
-    """Relative standard error of a free inertia, which is that of the thrust's gain, by independent errors."""
-    free = found.models[OUTPUT_ERROR]
-    place = free.names.index(f"mass:{axis}")
-    inverse = np.linalg.pinv(free.normal.sum(axis=0) + np.diag(free.prior), rcond=1e-12)
-    return float(free.units[place]) * math.sqrt(max(float(inverse[place, place]), 0.0))
+    """Relative standard error of a free inertia, which is that of the thrust's gain, by independent errors: of the
+    simulator, or of the predictor, whose errors are less where the water is rough."""
+    predictor = found.found.fit
+    free = predictor.structure.plus(free=[axis])
+    theta = {f"mass:{axis}": found.models[PLAIN].structure.given[axis], **predictor.theta}
+    errors = []
+    for each in (found.models[OUTPUT_ERROR], fit(free, theta, predictor.problem, predictor.starts, rounds=0)):
+        place = each.names.index(f"mass:{axis}")
+        inverse = np.linalg.pinv(each.normal.sum(axis=0) + np.diag(each.prior), rcond=1e-12)
+        errors.append(float(each.units[place]) * math.sqrt(max(float(inverse[place, place]), 0.0)))
+    return min(errors)
