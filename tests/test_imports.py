@@ -51,6 +51,7 @@ ROOMS = (
     "free_run",
     "effects",
     "tracing",
+    "model_trace",
     "compensation",
     "forecasting",
     "vehicle",

@@ -133,6 +133,8 @@ def headline(found: Trace) -> str:
     words = words_of(found.axis)
     if not found.beats_zero:
         return "the model predicts no better than a rate of zero"
+    if not found.proven and found.error["trivial"]["hold"]["free_run_rmse"] < found.error["after"]["free_run_rmse"]:
+        return "the model predicts no better than the first rate held"
     if found.verdict == "effects":
         key, names = found.decisive_error, _named([finding.effect for finding in found.effects])
         before, after = (f"{found.error[when][key]:.3g}" for when in ("before", "after"))

@@ -1,0 +1,48 @@
+"""Whether the torque answers the rate: by what the plain model lacks of the torque in each block."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from incsvr.model.fitting import Fit
+from incsvr.model_trace.unseen import Judge
+from incsvr.signals.settings import MEASURED, TorqueKind
+from incsvr.tracing.run import Run
+from incsvr.tracing.thresholds import LOOP_CORRELATION, OTHER_GYRO_CORRELATION
+from incsvr.tracing.torque_nature import Loop, answers, of_this_gyro, standing_time
+
+
+def loop_of(runs: Sequence[Run], fitted: Judge, plain: Fit, torque: TorqueKind | None) -> Loop:
+    """The relation of the torque to the rate.
+
+    Args:
+        fitted: judges by the recordings that `plain` was fitted to.
+        torque: whether it was commanded or measured; None where nobody says.
+    """
+    if standing_time(runs) > fitted.scale:
+        return Loop.OPEN
+    answer = answer_left(fitted, plain)
+    if answer < LOOP_CORRELATION:
+        return Loop.OPEN
+    if torque == MEASURED or of_this_gyro(runs):
+        return Loop.CLOSED
+    return Loop.OTHER_GYRO if answer > OTHER_GYRO_CORRELATION else Loop.OPEN
+
+
+def answer_left(fitted: Judge, model: Fit, samples: Sequence[int] = (2, 4)) -> float:
+    """The correlation of the torque with what a model lacked before, 0 if chance explains it.
+
+    Args:
+        samples: of the velocity in a block, each tried: over few its noise hides the water, over many the answer is
+            within the block.
+    """
+    found = []
+    for count in samples:
+        short = replace(fitted, block=count * fitted.sample)
+        lacking, efforts = short.torque(model), short.efforts()
+        starts = np.concatenate([[0], np.cumsum([each.size for each in lacking])]).astype(np.intp)
+        found.append(answers(-np.concatenate(lacking), np.concatenate(efforts), starts))
+    return max(found)

@@ -1,0 +1,94 @@
+"""The contract's parameters of the effects of a fit, each with its interval of 95 %."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from incsvr.model.fitting import Fit
+from incsvr.model.intervals import covariance
+from incsvr.model_trace.vocabulary import Here, Parameters, here, word_of
+from incsvr.numerics import Array
+
+POSITIVE = ("time_constant_s", "half_width_nm", "limit_nm", "reverse_efficiency", "exponent", "inertia_kg_m2")
+"""Parameters that are fitted as their logarithms; so are the ends of their intervals."""
+
+
+def parameters_of(
+    found: Fit, effects: Sequence[str], inertia: float, begin: float, others: Sequence[Fit] = ()
+) -> list[tuple[dict[str, float], dict[str, tuple[float, float]]]]:
+    """For each effect its parameters, and the ends of their intervals.
+
+    Args:
+        found: the fit that estimates them.
+        effects: the engine's names, with their axis.
+        inertia: declared.
+        begin: the stamp at which the channel `time` is zero [s].
+        others: fits of the same effects; what they move beyond an interval widens it.
+    """
+    spread = covariance(found)
+    result = []
+    for name in effects:
+        word, at = word_of(name), here(found, name, inertia, begin)
+        parameters = dict(word.parameters(found.theta, at))
+        half = {
+            key: 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0))
+            for key, slope in _slopes(found, word.parameters, at, spread).items()
+        }
+        for each in others:
+            moved = word.parameters(each.theta, at)
+            for key, width in half.items():
+                change = abs(_difference(key, moved[key], parameters[key]))
+                half[key] = math.hypot(width, change) if change > width else width
+        for key, more in word.unsure(at, parameters, half).items():
+            half[key] = math.hypot(half[key], more)
+        result.append((parameters, {key: ends(key, value, half[key]) for key, value in parameters.items()}))
+    return result
+
+
+def ends(name: str, value: float, half: float) -> tuple[float, float]:
+    """The ends of an interval, of what is positive by nature in its logarithm."""
+    if name in POSITIVE and value > 0.0:
+        factor = math.exp(min(half / value, 700.0))
+        return value / factor, value * factor
+    return value - half, value + half
+
+
+def has_size(spans: Mapping[str, tuple[float, float]], inertia: float, period: float, most: float = 10.0) -> bool:
+    """Whether the interval of an effect's first parameter excludes that nothing acts.
+
+    Args:
+        inertia: declared.
+        period: of the velocity's samples [s], within which no delay is known.
+        most: how far the ends of what is positive by nature may be apart, as a factor, to be a size.
+    """
+    name, (low, high) = next(iter(spans.items()))
+    if name == "delay_s":
+        return low > period or high < -period
+    usual = {"reverse_efficiency": 1.0, "exponent": 1.0, "inertia_kg_m2": inertia}.get(name)
+    if usual is not None:
+        return not low <= usual <= high
+    return high < most * low if name in POSITIVE else not low <= 0.0 <= high
+
+
+def _slopes(found: Fit, parameters: Parameters, at: Here, spread: Array) -> Mapping[str, Array]:
+    """(p,) by parameter, its derivatives by θ, over a hundredth of each deviation."""
+    slopes = dict[str, Array]()
+    for place, name in enumerate(found.names):
+        nudge = 0.01 * math.sqrt(max(float(spread[place, place]), 0.0))
+        if nudge == 0.0:
+            continue
+        up, down = (parameters({**found.theta, name: found.theta[name] + way * nudge}, at) for way in (1.0, -1.0))
+        for key in up:
+            slopes.setdefault(key, np.zeros(len(found.names)))[place] = _difference(key, up[key], down[key]) / (
+                2.0 * nudge
+            )
+    return slopes
+
+
+def _difference(name: str, one: float, other: float) -> float:
+    """One less another, of angles the short way round."""
+    away = one - other
+    return math.remainder(away, 2.0 * math.pi) if name == "phase_rad" else away

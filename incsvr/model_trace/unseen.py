@@ -1,0 +1,145 @@
+"""Predictions of models on data that their fit did not use: free runs, torque over blocks, and some scales ahead."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from incsvr.model.efforts import Stage
+from incsvr.model.factors import Indices
+from incsvr.model.fitting import Fit
+from incsvr.model.left_out import fold_parameters, folds
+from incsvr.model.scales import motion_scale
+from incsvr.model.series import duration, period
+from incsvr.model.simulation import predict
+from incsvr.model.structure import Structure
+from incsvr.model.windows import Windows, cut
+from incsvr.model_trace.recordings import Recordings
+from incsvr.numerics import Array
+from incsvr.tracing.held_out import Ahead, Errors
+from incsvr.tracing.thresholds import HORIZON_SCALES, TORQUE_BLOCK_SCALES
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Recordings on which models are compared.
+
+    Attributes:
+        recordings: of one axis.
+        structure: of the models, whose axis, channels and efforts they share.
+        step: of the simulations [s].
+        scale: of the motion [s].
+        block: of the torque's error [s].
+        excluded: whether each fold of the recordings is predicted by the fit without it, else all by the whole fit.
+        few: folds of one recording or two.
+    """
+
+    recordings: Recordings
+    structure: Structure
+    step: float
+    scale: float
+    block: float
+    excluded: bool
+    few: int = 8  # as the folds of a fit
+
+    @property
+    def sample(self) -> float:
+        """The usual time between two samples of the velocity [s]."""
+        return period(self.recordings.streams, self.recordings.axis)
+
+    @cached_property
+    def whole(self) -> Windows:
+        """A window for each free run: a recording, or a fold of it."""
+        streams = self.recordings.streams
+        split = self.excluded and len(streams) < 3
+        return self._cut(duration(streams, self.recordings.axis) / self.few if split else np.inf)
+
+    @cached_property
+    def blocks(self) -> Windows:
+        """A window for each block of the torque's error."""
+        return self._cut(self.block)
+
+    @cached_property
+    def ahead(self) -> list[Windows]:
+        """Windows for each of HORIZON_SCALES."""
+        return [self._cut(max(scales * self.scale, self.sample)) for scales in HORIZON_SCALES]
+
+    def _cut(self, horizon: float) -> Windows:
+        return cut(self.recordings.streams, replace(self.structure, predictor=False), self.step, horizon)
+
+    def errors(self, model: Fit) -> Errors:
+        """The errors of a model."""
+        whole, predicted = self.whole, self._predicted(model, self.whole)
+        parts = [part for part in whole.samples if part.stop > part.start]
+        stamps = times(whole)
+        return Errors(
+            tuple(stamps[part] for part in parts),
+            tuple(whole.measured[part] for part in parts),
+            tuple(predicted[part] for part in parts),
+            self.torque(model),
+            tuple(self._ahead(model, windows) for windows in self.ahead),
+        )
+
+    def torque(self, model: Fit | None) -> tuple[Array, ...]:
+        """(blocks,) of each recording, the torque that a model lacks as a mean over a block, so that it reaches the
+        velocity measured at its end [N m]; without a model, for the block's first velocity to last."""
+        windows = self.blocks
+        last, lasted = ends(windows)
+        inertia = model.structure.inertia(model.theta, self.recordings.axis) if model else 1.0
+        predicted = windows.starts[0, windows.window] if model is None else self._predicted(model, windows)
+        lacking = inertia * (windows.measured - predicted)[last] / lasted
+        run = windows.run[windows.window[last]]
+        return tuple(lacking[run == k] for k in np.unique(run))
+
+    def efforts(self) -> tuple[Array, ...]:
+        """(blocks,) of each recording, the mean effort [N m]."""
+        windows = self.blocks
+        mean = windows.effort(self.recordings.axis, "linear", Stage()).mean(axis=0)
+        last, _ = ends(windows)
+        run, mean = windows.run[windows.window[last]], mean[windows.window[last]]
+        return tuple(mean[run == k] for k in np.unique(run))
+
+    def _ahead(self, model: Fit, windows: Windows) -> Ahead:
+        last, _ = ends(windows)
+        full = windows.count[windows.window[last]] == windows.steps
+        last = last[full]
+        error = self._predicted(model, windows)[last] - windows.measured[last]
+        change = windows.measured[last] - windows.starts[0, windows.window[last]]
+        return Ahead(error, change, windows.measured[last])
+
+    def _predicted(self, model: Fit, windows: Windows) -> Array:
+        """(samples,) the model's velocities from the measured first one of each window."""
+        structure = replace(model.structure, predictor=False)
+        columns = fold_parameters(model) if self.excluded else np.array([[model.theta[name]] for name in model.names])
+        columns = columns[[model.names.index(name) for name in structure.names]]
+        fold = folds(windows, self.few) if self.excluded else np.zeros(windows.first.size, dtype=np.intp)
+        starts = np.repeat(windows.starts[:, None], columns.shape[1], axis=1)
+        predicted = predict(structure, columns, windows, starts)
+        own = np.minimum(fold, columns.shape[1] - 1)[windows.window]
+        return np.asarray(np.clip(predicted[np.arange(own.size), own], -1e3, 1e3))
+
+
+def judge(recordings: Recordings, model: Fit, fitted: Recordings, excluded: bool) -> Judge:
+    """What compares models on recordings; `fitted` are those of their fit, whose time scale counts."""
+    scale = motion_scale(fitted.streams, fitted.axis)
+    sample = period(fitted.streams, fitted.axis)
+    block = max(round(TORQUE_BLOCK_SCALES * scale / sample), 1) * sample
+    return Judge(recordings, model.structure, model.problem.windows.step, scale, block, excluded)
+
+
+def times(windows: Windows) -> Array:
+    """(samples,) stamps [s]."""
+    grids = [windows.grids[run] for run in windows.run]
+    begins = np.array([each.origin for each in grids])
+    edges = windows.first - np.array([each.first for each in grids])
+    own = windows.window
+    return np.asarray(begins[own] + windows.step * (edges[own] + windows.cell + windows.part))
+
+
+def ends(windows: Windows) -> tuple[Indices, Array]:
+    """The last sample of each window that has any, and how long after the window's first edge it was taken [s]."""
+    every = np.searchsorted(windows.window, np.arange(windows.first.size), side="right") - 1
+    last = every[(every >= 0) & (windows.window[np.maximum(every, 0)] == np.arange(windows.first.size))]
+    return last, windows.step * (windows.cell[last] + windows.part[last])

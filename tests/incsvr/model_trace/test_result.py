@@ -1,0 +1,138 @@
+"""A trace on the engine: what is found, what is proven, and the contract's form of both."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.model_trace.result import chance_of, sentence, trace, trace_if_found
+from incsvr.plant.words import YAW_WORDS
+from incsvr.tracing.findings import Trace
+from incsvr.tracing.run import Run
+from incsvr.tracing.sentences import headline
+from service.commands.trace import runs_of, text
+from simulator.mission import Mission
+from simulator.vehicles import TURNING
+from simulator.world import play
+from tests.incsvr.model.turning import Turning, dive, steered
+
+KEYS = {
+    "declared", "inertia", "verdict", "effects", "rejected", "unexplained", "error", "loop", "proven", "spans",
+    "ignored_channels", "notes", "model",
+}  # fmt: skip
+
+
+def run_of(seed: int, trim: float = 0.0, begin: float = 0.0) -> Run:
+    """A minute of a turning vehicle, on which a moment acts that is not in its log."""
+    log = dive(Turning(inertia=12.0), seed, seconds=60.0, rate=5.0)
+    time, torque = log["torque"]
+    return Run(f"dive {seed}", begin + time, log["yaw_rate"][1], torque - trim)
+
+
+@pytest.fixture(scope="module")
+def trimmed() -> Trace:
+    return trace([run_of(1, trim=1.5)], inertia=12.0, validate=[run_of(2, trim=1.5, begin=100.0)])
+
+
+def test_a_hidden_moment_is_named_with_its_size_and_proven(trimmed: Trace) -> None:
+    (effect,) = trimmed.effects
+    assert effect.effect == "bias_torque"
+    low, high = effect.interval["moment_nm"]
+    assert low < 1.5 < high
+    assert high - low < 0.5
+    assert effect.p_value < 1e-9
+    assert effect.share == 1.0
+    assert "bias_drift" not in effect.cannot_tell_from  # it is the moment with a drift besides
+    assert (trimmed.verdict, trimmed.loop, trimmed.proven) == ("effects", "open", True)
+    assert "adding bias_torque lowers" in headline(trimmed)
+
+
+def test_the_result_has_the_contracts_form(trimmed: Trace) -> None:
+    found = trimmed.to_dict()
+    assert set(found) == KEYS
+    error = found["error"]
+    assert error["validated_on"] == "recordings"
+    assert set(error["trivial"]) == {"zero", "hold", "output_error", "axis_alone"}
+    assert error["best"] == {"name": "after", "free_run_rmse": error["after"]["free_run_rmse"]}
+    assert error["after"]["free_run_rmse"] < 0.5 * error["before"]["free_run_rmse"]
+    assert error["change"]["free_run_rmse"]["high"] < 0.0
+    assert set(error["horizons"]) == {"0.5", "1", "2", "5"}
+    assert [each["p_value"] for each in found["rejected"]] == sorted(each["p_value"] for each in found["rejected"])
+    assert "bias_torque" not in {each["effect"] for each in found["rejected"]}
+    assert found["model"]["terms"][0]["effect"] == "bias_torque"
+
+
+def test_the_ledgers_parts_are_the_torque(trimmed: Trace) -> None:
+    parts = trimmed.pictures.ledger
+    assert set(parts) == {"declared inertia", "damping", "bias_torque"}
+    torque = np.sum(list(parts.values()), axis=0)
+    assert np.quantile(np.abs(torque), 0.9) == pytest.approx(10.5, rel=0.2)  # of a command of up to 12 N m either way
+    assert parts["bias_torque"] == pytest.approx(-trimmed.model.terms[0].coefficients[0])
+
+
+def test_a_vehicle_that_hardly_moves_is_refused() -> None:
+    still = run_of(3)
+    noise = np.random.default_rng(3).normal(0.0, 0.003, still.time.size)
+    with pytest.raises(BadInput, match="too little motion"):
+        trace([replace(still, yaw_rate=noise)], inertia=12.0)
+
+
+def test_the_text_names_the_effect_with_its_unit(trimmed: Trace) -> None:
+    assert "a constant yaw moment" in text(trimmed)
+    assert "N m. It accounts for 100 % of the better fit." in text(trimmed)
+
+
+def test_the_model_that_live_reads_has_the_engines_damping_and_terms(trimmed: Trace) -> None:
+    (term,) = trimmed.model.terms
+    assert term.coefficients[0] == pytest.approx(trimmed.effects[0].parameters["moment_nm"], rel=0.05)
+    at = np.array([0.2, 0.4])
+    assert trimmed.model.damping_at(at) == pytest.approx(9.0 * at + 26.0 * at**2, rel=0.1)
+
+
+def test_nothing_is_named_and_nothing_proven_where_nothing_is_hidden() -> None:
+    found = trace([run_of(3)], inertia=12.0)
+    assert (found.verdict, found.effects, found.proven) == ("none", (), False)
+    assert found.error["validated_on"] == "blocks"
+
+
+def test_live_gets_nothing_where_nothing_is_hidden() -> None:
+    assert trace_if_found([run_of(3)], inertia=12.0) is None
+
+
+@pytest.mark.parametrize("seed", [3, pytest.param(5, marks=pytest.mark.slow)])
+def test_a_controller_that_answers_the_water_is_a_closed_loop(seed: int) -> None:
+    log = steered(Turning(), seed)
+    found = trace([Run("steered", log["torque"][0], log["yaw_rate"][1], log["torque"][1])], inertia=24.0)
+    assert (found.loop, found.verdict) == ("closed", "none")
+
+
+def test_recordings_with_stamps_that_overlap_have_no_clock() -> None:
+    found = trace([run_of(3), run_of(4)], inertia=12.0)
+    assert not found.one_clock
+    assert not {each.effect for each in found.rejected} & {"bias_drift", "drag_drift", "drag_step", "wave"}
+
+
+def test_a_p_value_counts_parameters_and_looks() -> None:
+    assert chance_of(12.0, 1, 1) == pytest.approx(9.6e-7, rel=0.01)
+    assert chance_of(12.0, 2, 10) == pytest.approx(10.0 * np.exp(-12.0))
+    assert chance_of(0.1, 1, 30) == 1.0
+
+
+def test_a_negative_delay_is_called_impossible() -> None:
+    said = sentence("delay@yaw_rate", {"delay_s": -0.3}, {"delay_s": (-0.4, -0.2)}, 0.5, YAW_WORDS)
+    assert "which is impossible" in said
+    assert said.endswith("delay -0.3 (-0.4 to -0.2) s. It accounts for 50 % of the better fit.")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "key"), [("torque_delay", "delay_s"), ("drag_drift", "fraction")])
+def test_a_hidden_effect_of_a_mission_is_traced(name: str, key: str) -> None:
+    outcome = play(Mission(TURNING["auv"], "telegraph", 990_050, hidden=(name,), duration=240.0))
+    found = trace(runs_of([outcome.recording]), inertia=outcome.inertia)
+    (effect,) = found.effects
+    assert (effect.effect, found.proven) == (name, True)
+    low, high = effect.interval[key]
+    assert low - (high - low) < float(outcome.truth[name][key]) < high + (high - low)
