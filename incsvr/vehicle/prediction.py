@@ -125,7 +125,7 @@ def errors(structure: Structure, unseen: Unseen, step: float) -> tuple[Errors, C
     model, hold, zero = _sizes([(s - m, m[0] - m, m) for s, m in free])
     simulated, measured = max(free, key=lambda each: each[0].shape[0])
     names = tuple(of_rate(axis).name for axis in structure.axes)
-    course = Course(names, step * np.arange(float(simulated.shape[0])), measured, simulated)
+    course = Course(names, np.asarray(step * np.arange(simulated.shape[0]), dtype=np.float64), measured, simulated)
     return Errors(names, horizons, model, hold, zero, track), course
 
 
