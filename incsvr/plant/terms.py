@@ -49,19 +49,12 @@ class Term:
         return list(AXES).index(self.axis)
 
     @property
-    def dissipates(self) -> bool:
-        """Whether its coefficient may not be negative: damping never drives."""
-        return self.kind in (LINEAR, QUADRATIC, COULOMB) or (
-            self.kind == CROSS_SIZE and self.of[1] == AXES[self.axis].rate
-        )
-
-    @property
     def unit(self) -> str:
         """Unit of its coefficient."""
         axis = AXES[self.axis]
         force = "N" if axis.along else "N m"
         speeds = [AXES_BY_RATE[name] for name in self.of if name in VELOCITIES]
-        if self.kind == ADVANCE:
+        if self.kind == "advance":
             return "√N s/m" if axis.along else "√(N m) s/rad"
         if self.kind in (LINEAR, BEND):
             speeds = [axis]
