@@ -15,8 +15,9 @@ from scipy.stats import t as student
 
 from incsvr.errors import BadInput
 from incsvr.model.fitting import Fit, Problem, fit
-from incsvr.model.intervals import covariance
+from incsvr.model.intervals import covariance, if_independent
 from incsvr.model.left_out import blocks
+from incsvr.model.scales import time_constants
 from incsvr.model.series import duration, values
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, root_mean_square
@@ -224,10 +225,14 @@ def _quantities(model: Fit, known: Sequence[str]) -> tuple[Quantity, ...]:
 def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> Array:
     """Estimate, standard error and degrees of freedom of each quantity, (quantities, 3).
 
-    The degrees are Satterthwaite's, from each block's part in the variance.
+    The degrees are Satterthwaite's, from each block's part in the variance. A deviation is at least what errors that
+    last as long as these would give, because that over few blocks can be small by chance. A fit that settles within
+    its own step determines nothing.
     """
     spread, units, found = covariance(fitted), fitted.units, []
-    inverse = np.linalg.pinv(fitted.normal.sum(axis=0) + np.diag(fitted.prior), rcond=1e-12)
+    windows, lasts = fitted.problem.windows, _lasting(fitted)
+    settles = time_constants(fitted.structure, fitted.theta, windows.runs, 0.95).min()
+    inverse = if_independent(fitted)
     block = blocks(fitted.problem.windows)
     for quantity in quantities:
         rate, along, estimate = AXES[quantity.axis].rate, np.zeros(len(fitted.names)), 0.0
@@ -242,8 +247,26 @@ def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> Array:
         pull = inverse @ (along * units)
         shares = np.bincount(block, np.einsum("p,wpq,q->w", pull, fitted.normal, pull))
         freedom = np.clip(shares.sum() ** 2 / max(float(np.sum(shares**2)), 1e-300), 1.0, max(shares.size - 1.0, 1.0))
-        found.append((estimate, float(np.sqrt(along @ spread @ along)), float(freedom)))
+        variance = max(float(along @ spread @ along), lasts * float((along * units) @ pull))
+        least = estimate if settles < windows.step else 0.0
+        found.append((estimate, max(float(np.sqrt(variance)), least), float(freedom)))
     return np.array(found)
+
+
+def _lasting(fitted: Fit) -> float:
+    """Samples that a fit's errors last: one and twice the sum of their autocorrelation, of the axis with the most."""
+    windows, most = fitted.problem.windows, 1.0
+    for i in range(len(windows.axes)):
+        own = windows.axis == i
+        error, window, total = np.clip(fitted.error[own] / fitted.scale[i], -4.0, 4.0), windows.window[own], 1.0
+        for lag in range(1, error.size // windows.first.size):
+            together = window[lag:] == window[:-lag]
+            share = float(np.sum((error[lag:] * error[:-lag])[together]) / np.sum(error**2))
+            if share <= 0.05:
+                break
+            total += 2.0 * share
+        most = max(most, total)
+    return most
 
 
 def _values(rows: Array) -> list[tuple[Value, ...]]:

@@ -68,9 +68,9 @@ def vehicle_of(
 
 
 def _parameter(found: Fit, name: str, one: Interval) -> Parameter:
-    """A parameter with its interval, and whether the recordings excite it: what moves nothing has no width."""
+    """A parameter with its interval, and whether the recordings excite it."""
     unit = abs(one.value) if is_logarithm(name) else float(found.units[found.names.index(name)])
-    excited = 0.0 < one.high - one.low < 2.0 * max(unit, abs(one.value))
+    excited = one.high - one.low < 2.0 * max(unit, abs(one.value))
     return Parameter(one.value, one.low, one.high, ESTIMATED if excited else UNKNOWN)
 
 
