@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.study import Record, grouped, run, share, table
-from incsvr.vehicle import compare, on_grid
+from incsvr.vehicle import compare
 from simulator.dive_log import dives
 from simulator.vehicles import BODIES, NAMES
 
@@ -53,8 +53,7 @@ def examine(case: Case) -> Record:
     more = np.where(np.array(NAMES) == axis, factor, 1.0)
     later = replace(vehicle, linear=vehicle.linear * more, quadratic=vehicle.quadratic * more)
     logs = dives([vehicle if k < DIVES // 2 else later for k in range(DIVES)], seconds, seed)
-    step = on_grid(logs).step
-    found = compare([on_grid([log], step) for log in logs], [str(k) for k in range(DIVES)])
+    found = compare(logs, [str(k) for k in range(DIVES)])
     reported = [[int(dive), quantity.axis, quantity.kind] for dive, quantity, _ in found.changes]
     return {"kind": kind, "axis": axis if factor != 1.0 else None, "seconds": seconds, "reported": reported}
 

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from benchmarks.study import HALVES, MEASURED, Record, grouped, run, seeds, share, table
-from incsvr.vehicle import Identified, identify, on_grid
+from incsvr.vehicle import Identified, identify
 from service.recordings.recording_csv import read
 from simulator.dive_log import dives
 from simulator.vehicles import BODIES, NAMES, Vehicle
@@ -39,7 +39,7 @@ def examine(case: Case) -> Record:
         "what": what,
         "vehicle": name,
         "seed": number,
-        "rows": known(vehicle, identify(on_grid([log]), validate=False)),
+        "rows": known(vehicle, identify([log], validate=False)),
     }
 
 
@@ -66,8 +66,7 @@ def _measured(vehicle: str, flipped: bool) -> Record:
     halves = HALVES[vehicle][::-1] if flipped else HALVES[vehicle]
     runs = [[read(MEASURED / vehicle / f"{name}.csv").streams() for name in names] for names in halves]
     fitted, unseen = ([{CALLED.get(k, k): stream for k, stream in each.items()} for each in own] for own in runs)
-    motion = on_grid(fitted)
-    found = identify(motion, on_grid(unseen, motion.step), name=vehicle)
+    found = identify(fitted, unseen, name=vehicle)
     model, hold, _ = found.errors.horizons[AHEAD_S]
     rows = [
         {"axis": axis, "whole": float(m), "alone": float(found.by_itself[axis].horizons[AHEAD_S][0][0]),

@@ -7,9 +7,9 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array, Streams, cell_means
 from incsvr.plant.attitude import ATTITUDE, kinematics
-from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES
-from incsvr.vehicle import Vehicle, WholeMotion
-from incsvr.vehicle.motion import ANGLES, is_held, period
+from incsvr.plant.axes import AXES, EFFORTS
+from incsvr.vehicle import Vehicle
+from incsvr.vehicle.runs import is_held
 from service.recordings.recording import Recording, from_streams
 
 MAX_STEP_S = 0.02
@@ -34,31 +34,21 @@ def moved_by(log: Streams, vehicle: Vehicle, name: str) -> Recording:
     if not efforts:
         wanted = " ".join(f"--column {AXES[name].effort}=NAME" for name in vehicle.driven)
         raise BadInput(f"the log holds no effort that drives {vehicle.name}; name those that it holds: {wanted}")
-    step = min(MAX_STEP_S, *(period(stream) for stream in efforts.values()))
+    step = min(MAX_STEP_S, *(float(np.median(np.diff(time))) for time, _ in efforts.values()))
     first = min(float(time[0]) for time, _ in efforts.values())
     last = max(float(time[-1]) for time, _ in efforts.values())
     edges: Array = first + step * np.arange(int((last - first) / step) + 1, dtype=np.float64)
     drive = np.zeros((edges.size - 1, 6))
     for effort, (time, values) in efforts.items():
         drive[:, EFFORTS.index(effort)] = cell_means(time, values, edges, is_held(values))
-    velocity = vehicle.free_run(_at_rest(vehicle, drive, step))
+    drives = {AXES[name].effort: (edges[:-1], drive[:, _place(name)]) for name in vehicle.driven}
+    _, velocity = vehicle.free_run(drives, held=True)
     angle = _attitude(velocity, step)
     found = {AXES[axis].rate: (edges[:-1], velocity[:, _place(axis)]) for axis in vehicle.axes}
     found |= {each: (edges[:-1], angle[:, k]) for k, each in enumerate(ATTITUDE)}
     # The mean of a cell is what acts in its middle.
     middle = edges[:-1] + 0.5 * step
     return from_streams(name, found | {AXES[axis].effort: (middle, drive[:, _place(axis)]) for axis in vehicle.driven})
-
-
-def _at_rest(vehicle: Vehicle, effort: Array, step: float) -> WholeMotion:
-    """A motion of one run that begins at rest; later velocities tell only how fast the vehicle is known to go."""
-    count = effort.shape[0]
-    known = [name in vehicle.axes for name in AXES]
-    velocity = np.where(known, vehicle.fastest, 0.0) * np.ones((count, 1))
-    velocity[0] = 0.0
-    recorded = frozenset((*VELOCITIES, *EFFORTS, *ANGLES))
-    still, start = np.zeros((count, 3)), np.array([0, count], dtype=np.intp)
-    return WholeMotion(step, velocity, effort, np.zeros_like(effort), still, start, recorded)
 
 
 def _attitude(velocity: Array, step: float) -> Array:

@@ -57,7 +57,8 @@ class Identification:
 def structure_of(
     runs: Sequence[Streams], axes: Sequence[str], channels: Sequence[str] = (), given: Mapping[str, float] | None = None
 ) -> Structure:
-    """The plain structure of some axes: own damping, restoring, C(M) for several; `given` are declared inertias."""
+    """The plain structure of some axes: own damping, restoring, C(M) for several; `given` are declared inertias by
+    axis, and entries of M by pair, as `sway*yaw_rate`."""
     driven = tuple(
         axis for axis in axes if all(effort_of(axis) in run for run in runs) and np.any(values(runs, effort_of(axis)))
     )
@@ -67,7 +68,8 @@ def structure_of(
     angles = [name for name in ("roll", "pitch") if name in recorded and {"roll_rate", "pitch_rate"} & set(axes)]
     return Structure(
         tuple(axes), driven, rows, tied=len(axes) > 1,
-        given={axis: float(np.log(value)) for axis, value in (given or {}).items()},
+        coupled=tuple((a, b) for a, star, b in (name.partition("*") for name in given or {}) if star),
+        given={name: float(value if "*" in name else np.log(value)) for name, value in (given or {}).items()},
         shift_priors={axis: 0.5 * period(runs, effort_of(axis)) for axis in driven},
         channels=tuple(dict.fromkeys((*channels, *angles))),
     )  # fmt: skip
@@ -149,6 +151,7 @@ def identify(
     channels: Sequence[str] = (),
     most: int = 6,  # of a dozen vehicles none had more effects
     *,
+    leave: Sequence[str] = (),
     say: Callable[[str], None] = lambda _: None,
 ) -> Identification:
     """The plain model of some axes, and the one with the effects that it lacks.
@@ -156,9 +159,10 @@ def identify(
     Args:
         runs: the recordings.
         axes: velocities that the model predicts.
-        given: declared inertias by axis [kg], [kg m²].
+        given: declared inertias by axis [kg], [kg m²], and entries of M by pair, as `sway*yaw_rate`.
         channels: other streams that may act on an axis.
         most: effects that may be added.
+        leave: effects, without what is behind their colon, that are not tried.
         say: takes a line for each decision.
     """
     names = set.intersection(*(set(run) for run in runs))
@@ -176,6 +180,7 @@ def identify(
     effects = pool(plain.structure, base.fit.problem.windows.runs)
     if len(axes) == 1 and "time" in plain.structure.channels:
         effects |= catalogue.waves(axes[0], frequencies(base.fit, 0))
+    effects = {name: rows for name, rows in effects.items() if name.partition("@")[0].partition(":")[0] not in leave}
     result = search(base, effects, most, say=say)
     models = _simulators(found, result)
     excluded = excluded_free_runs(models, runs)
@@ -231,7 +236,8 @@ def choose_coriolis(
     rival = fit(free, theta, plain.problem, plain.starts)
     of_rival = {name: rival.theta.get(name, value) for name, value in plain.theta.items()}
     again = fit(plain.structure, of_rival, plain.problem, rival.starts)
-    plain = best = min(plain, again, key=lambda each: each.value)  # so that no local minimum decides
+    # The other start, so that no local minimum decides; excluded recordings, so that none that diverges there is taken.
+    plain = best = min(plain, again, key=lambda each: float(left_out(each).sum()))
     base = left_out(plain)
     without = replace(plain.structure, tied=False)
     rivals = {

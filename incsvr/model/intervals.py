@@ -30,16 +30,23 @@ class Interval:
     moved: float
 
 
+def if_independent(found: Fit) -> Array:
+    """(p, p) covariance of parameters if errors are independent, by units; thirty units wide where nothing shows it."""
+    whole = found.normal.sum(axis=0) + np.diag(found.prior + 1.0 / 30.0**2)
+    return np.asarray(np.linalg.inv(whole))
+
+
 def covariance(found: Fit) -> Array:
     """(p, p) of the parameters, in θ's own units: over blocks of windows, no narrower than independent errors give."""
-    whole = found.normal.sum(axis=0) + np.diag(found.prior)
-    inverse = np.linalg.pinv(whole, rcond=1e-12)
+    inverse = if_independent(found)
     block = blocks(found.problem.windows)
     by_block = np.stack([np.bincount(block, found.gradient[:, j]) for j in range(found.gradient.shape[1])], axis=1)
     n = by_block.shape[0]
     spread = inverse @ (by_block.T @ by_block * n / max(n - inverse.shape[0], 1)) @ inverse
-    wider = np.sqrt(np.maximum(np.diag(inverse) / np.maximum(np.diag(spread), 1e-300), 1.0))
-    return np.asarray(spread * np.outer(wider * found.units, wider * found.units))
+    wider = np.sqrt(np.clip(np.diag(inverse) / np.maximum(np.diag(spread), 1e-300), 1.0, 1e6))
+    spread = spread * np.outer(wider, wider)
+    spread += np.diag(np.maximum(np.diag(inverse) - np.diag(spread), 0.0))
+    return np.asarray(spread * np.outer(found.units, found.units))
 
 
 def halved(found: Fit) -> Fit:

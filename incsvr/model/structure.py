@@ -37,7 +37,7 @@ class Structure:
         tied: whether C(ν) follows from M.
         coupled: pairs of axes between which M has an entry.
         stages: of an effort, by its axis.
-        given: logarithms of inertias that are declared and not fitted, by axis.
+        given: inertias that are declared and not fitted: logarithms by axis, entries of M by pair, as `sway*yaw_rate`.
         ways: of an effort between its samples, by axis.
         shift_priors: deviation about zero of the free shift in time [s], by axis; an axis that is not there has none.
         predictor: whether it is corrected by each sample, with a fitted gain, as in closed loop it must be.
@@ -60,7 +60,7 @@ class Structure:
     def names(self) -> tuple[str, ...]:
         """Names of the fitted parameters, in the order of the vector."""
         found = [f"mass:{axis}" for axis in self.axes if axis not in self.given]
-        found += [f"mass:{a}*{b}" for a, b in self.coupled]
+        found += [f"mass:{a}*{b}" for a, b in self.coupled if f"{a}*{b}" not in self.given]
         for row in self.rows:
             found.append(row.key)
             if row.follows:
@@ -107,7 +107,7 @@ class Structure:
             found[:, i, i] = np.exp(np.clip(columns.get(f"mass:{axis}", self.given.get(axis, 0.0)), -60.0, 60.0))
         for a, b in self.coupled:
             i, j = self.axes.index(a), self.axes.index(b)
-            found[:, i, j] = found[:, j, i] = columns[f"mass:{a}*{b}"]
+            found[:, i, j] = found[:, j, i] = columns.get(f"mass:{a}*{b}", self.given.get(f"{a}*{b}", 0.0))
         return found
 
     def inertia(self, theta: Theta, axis: str) -> float:

@@ -12,12 +12,15 @@ import numpy as np
 from incsvr.model.factors import Factors, Indices, slopes
 from incsvr.model.motion import Pair, effort, own_values, places, products
 from incsvr.model.series import effort_of
-from incsvr.model.simulation import RUNAWAY, Course
+from incsvr.model.simulation import Course
 from incsvr.model.structure import STAGES
 from incsvr.numerics import Array
 
 NUDGE = 1e-3
 """Share of its unit by which a parameter of an effort's stage is moved for a slope."""
+
+MAX_SLOPE = 1e3
+"""Largest slope of a prediction by a parameter's unit [m/s], [rad/s]: those of models that do not run away reach 10."""
 
 
 def tangent(course: Course, point: Array, units: Array, length: int = 32) -> Array:
@@ -65,7 +68,7 @@ def tangent(course: Course, point: Array, units: Array, length: int = 32) -> Arr
             if not np.isfinite(inside.sum()):  # beside what runs away
                 np.nan_to_num(now, copy=False, posinf=0.0, neginf=0.0)
                 np.nan_to_num(pushes, copy=False, posinf=0.0, neginf=0.0)
-    return np.clip(np.nan_to_num(found, posinf=0.0, neginf=0.0), -RUNAWAY, RUNAWAY)
+    return np.where(np.abs(found) < MAX_SLOPE, found, 0.0)  # what runs away gives no direction
 
 
 class _Steps:

@@ -7,30 +7,34 @@ and `changes` tests them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from scipy.stats import t as student
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
-from incsvr.plant.axes import AXES
-from incsvr.plant.terms import LINEAR, QUADRATIC
+from incsvr.model.fitting import Fit, Problem, fit
+from incsvr.model.intervals import covariance, if_independent
+from incsvr.model.left_out import blocks
+from incsvr.model.scales import time_constants
+from incsvr.model.series import duration, values
+from incsvr.model.windows import cut
+from incsvr.numerics import Array, Streams, root_mean_square
+from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES, of_rate
 from incsvr.vehicle.changes import changes
-from incsvr.vehicle.fitting import Fit, fit
-from incsvr.vehicle.held_out import spread_windows
 from incsvr.vehicle.identify import Identified, identify
-from incsvr.vehicle.intervals import Scatter
 from incsvr.vehicle.model import ASSUMED, DECLARED
-from incsvr.vehicle.motion import WholeMotion, joined
-from incsvr.vehicle.scales import Scales
+from incsvr.vehicle.of_fit import Pair
+from incsvr.vehicle.runs import prepared, usual
 from incsvr.vehicle.shown import Shown, not_determined, places, unit_of
-from incsvr.vehicle.structure import Pair, Structure
 
 USUAL_SPEED = 1.5
 """Speed at which drags are compared, in RMS speeds of all dives: linear and quadratic coefficients trade off against
 each other, their sum there does not."""
+
+MIN_WINDOWS = 16
+"""Windows of a dive at least: a deviation over sixteen is right within a fifth."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,12 +108,6 @@ class Conditions:
     speed: tuple[float, ...]
     effort: tuple[float, ...]
 
-    @staticmethod
-    def of(motion: WholeMotion) -> Conditions:
-        """Those of a motion."""
-        speed, effort = (np.sqrt(np.mean(each**2, axis=0)).tolist() for each in (motion.velocity, motion.effort))
-        return Conditions(motion.seconds, tuple(speed), tuple(effort))
-
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
@@ -176,13 +174,11 @@ class Comparison:
         ]  # fmt: skip
 
 
-def compare(
-    dives: Sequence[WholeMotion], names: Sequence[str], declared: Mapping[Pair, float] | None = None
-) -> Comparison:
+def compare(dives: Sequence[Streams], names: Sequence[str], declared: Mapping[Pair, float] | None = None) -> Comparison:
     """The dives of one vehicle, compared in their order.
 
     Args:
-        dives: motions on one grid.
+        dives: streams of each by the names of recordings.
         names: what they are called.
         declared: entries of M that are known.
 
@@ -191,58 +187,86 @@ def compare(
     """
     if len(dives) < 2:
         raise BadInput("comparing needs at least two dives; give more recordings")
-    declared = {} if declared is None else declared
-    whole = joined(dives)
-    identified = identify(whole, None, declared, validate=False)
-    vehicle = identified.vehicle
-    structure, start = vehicle.structure, vehicle.parameters
-    known = [k for k, parameter in enumerate(vehicle.mass.values()) if parameter.origin in (DECLARED, ASSUMED)]
-    scales = Scales.of(whole, {one: value for (one, other), value in declared.items() if one == other})
-    quantities = _quantities(structure, whole, known)
-    found = []
+    identified = identify(dives, None, declared, validate=False)
+    model, mass = identified.fit, identified.vehicle.mass
+    known = [rate for rate in model.structure.axes if mass[(of_rate(rate).name,) * 2].origin in (DECLARED, ASSUMED)]
+    known_masses = {rate: float(np.log(model.structure.inertia(model.theta, rate))) for rate in known}
+    structure = replace(model.structure, given={**model.structure.given, **known_masses})
+    quantities = _quantities(model, known)
+    windows, found, conditions = model.problem.windows, [], []
+    common = set.intersection(*(set(run) for run in prepared(dives)))
     for name, dive in zip(names, dives, strict=True):
-        windows = spread_windows(dive)
-        if windows.first.size < structure.size + 2:
+        runs = prepared([{each: stream for each, stream in dive.items() if each in common}])
+        seconds = duration(runs, structure.axes[0])
+        own = cut(runs, structure, windows.step, min(windows.steps * windows.step, seconds / MIN_WINDOWS))
+        fitted = fit(structure, model.theta, Problem(own))
+        if own.measured.size < 10 * len(structure.names) or own.first.size < MIN_WINDOWS - 1:
             raise BadInput(
-                f"{name}: {dive.seconds:.3g} s are too short to fit {structure.size} parameters; leave it out"
+                f"{name}: {seconds:.3g} s are too short to fit {len(structure.names)} parameters; leave it out"
             )
-        low, high = (bound.copy() for bound in scales.bounds(structure))
-        for k in known:
-            low[k] = high[k] = start[k]
-        fitted = fit(windows, structure, start, np.maximum(np.abs(start), scales.start(structure)[1]), (low, high))
-        found.append(_measured(fitted, quantities, np.clip(fitted.parameters, low, high)))
-    values = _values(np.stack(found, axis=1))
-    conditions = tuple(Conditions.of(dive) for dive in dives)
-    return Comparison(tuple(names), conditions, quantities, tuple(values), identified)
+        found.append(_measured(fitted, quantities))
+        moved = {each: (np.zeros(1), values(runs, each)) for each in runs[0]}
+        conditions.append(Conditions(seconds, usual(moved, VELOCITIES), usual(moved, EFFORTS)))
+    rows = _values(np.stack(found, axis=1))
+    return Comparison(tuple(names), tuple(conditions), quantities, tuple(rows), identified)
 
 
-def _quantities(structure: Structure, motion: WholeMotion, known: Sequence[int]) -> tuple[Quantity, ...]:
+def _quantities(model: Fit, known: Sequence[str]) -> tuple[Quantity, ...]:
     """The inertia and the drag of each axis."""
-    speed = np.sqrt(np.mean(motion.velocity**2, axis=0))
-    inertias = [
-        Quantity(one, "inertia") for k, (one, other) in enumerate(structure.mass) if one == other and k not in known
+    structure, runs = model.structure, model.problem.windows.runs
+    inertias = [Quantity(of_rate(rate).name, "inertia") for rate in structure.axes if rate not in known]
+    drags = [
+        Quantity(of_rate(rate).name, "drag", USUAL_SPEED * root_mean_square(values(runs, rate)))
+        for rate in structure.axes
     ]
-    drags = [Quantity(axis, "drag", USUAL_SPEED * float(speed[list(AXES).index(axis)])) for axis in structure.axes]
     return (*inertias, *drags)
 
 
-def _measured(fitted: Fit, quantities: Sequence[Quantity], parameters: Array) -> Array:
-    """Estimate, standard error and degrees of freedom of each quantity, (quantities, 3): linear in the parameters.
+def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> Array:
+    """Estimate, standard error and degrees of freedom of each quantity, (quantities, 3).
 
-    An error is at least what it would be if all windows erred alike, because that of a short dive can be small by
-    chance.
+    The degrees are Satterthwaite's, from each block's part in the variance. A deviation is at least what errors that
+    last as long as these would give, because that over few blocks can be small by chance. A fit that settles within
+    its own step determines nothing.
     """
-    structure, scatter = fitted.structure, Scatter.of(fitted)
-    along = np.zeros((len(quantities), structure.size))
-    first = len(structure.mass)
-    for row, quantity in zip(along, quantities, strict=True):
+    spread, units, found = covariance(fitted), fitted.units, []
+    windows, lasts = fitted.problem.windows, _lasting(fitted)
+    settles = time_constants(fitted.structure, fitted.theta, windows.runs, 0.95).min()
+    inverse = if_independent(fitted)
+    block = blocks(fitted.problem.windows)
+    for quantity in quantities:
+        rate, along, estimate = AXES[quantity.axis].rate, np.zeros(len(fitted.names)), 0.0
         if quantity.kind == "inertia":
-            row[structure.mass.index((quantity.axis, quantity.axis))] = 1.0
-        for k, term in enumerate(structure.terms):
-            if quantity.kind == "drag" and term.axis == quantity.axis and term.kind in (LINEAR, QUADRATIC):
-                row[first + k] = quantity.speed ** (1 if term.kind == LINEAR else 2)
-    errors = np.maximum(scatter.errors(along), scatter.errors_if_alike(along))
-    return np.column_stack([along @ parameters, errors, scatter.freedom(along)])
+            estimate = fitted.structure.inertia(fitted.theta, rate)
+            along[fitted.names.index(f"mass:{rate}")] = estimate  # its logarithm is in θ
+        for row in fitted.structure.rows if quantity.kind == "drag" else ():
+            power = {"linear": 1, "quadratic": 2}.get(row.name)
+            if power and row.axis == rate:
+                along[fitted.names.index(row.key)] = quantity.speed**power
+                estimate += fitted.theta[row.key] * quantity.speed**power
+        pull = inverse @ (along * units)
+        shares = np.bincount(block, np.einsum("p,wpq,q->w", pull, fitted.normal, pull))
+        freedom = np.clip(shares.sum() ** 2 / max(float(np.sum(shares**2)), 1e-300), 1.0, max(shares.size - 1.0, 1.0))
+        variance = max(float(along @ spread @ along), lasts * float((along * units) @ pull))
+        least = estimate if settles < windows.step else 0.0
+        found.append((estimate, max(float(np.sqrt(variance)), least), float(freedom)))
+    return np.array(found)
+
+
+def _lasting(fitted: Fit) -> float:
+    """Samples that a fit's errors last: one and twice the sum of their autocorrelation, of the axis with the most."""
+    windows, most = fitted.problem.windows, 1.0
+    for i in range(len(windows.axes)):
+        own = windows.axis == i
+        error, window, total = np.clip(fitted.error[own] / fitted.scale[i], -4.0, 4.0), windows.window[own], 1.0
+        for lag in range(1, error.size // windows.first.size):
+            together = window[lag:] == window[:-lag]
+            share = float(np.sum((error[lag:] * error[:-lag])[together]) / np.sum(error**2))
+            if share <= 0.05:
+                break
+            total += 2.0 * share
+        most = max(most, total)
+    return most
 
 
 def _values(rows: Array) -> list[tuple[Value, ...]]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from incsvr.plant.axes import AXES
 from incsvr.plant.terms import AXES_BY_RATE, LINEAR, QUADRATIC, mass_unit
 from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, UNKNOWN, Vehicle
-from incsvr.vehicle.validation import Errors
+from incsvr.vehicle.prediction import Errors
 
 
 def manoeuvres(vehicle: Vehicle) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
-from incsvr.vehicle import compare, on_grid
+from incsvr.vehicle import compare
 from incsvr.vehicle.causes import causes
 from incsvr.vehicle.changes import LEVEL, Changes
 from incsvr.vehicle.compare import Comparison, Value
@@ -107,9 +107,7 @@ def answer(args: argparse.Namespace) -> Comparison:
         refuse_odd(recordings, body_axes(recordings), delays=True)
         refuse_frame(recordings)
     streams = [recording.body_streams() for recording in recordings]
-    step = on_grid(streams).step
-    motions = [on_grid([each], step) for each in streams]
-    compared = compare(motions, [recording.name for recording in recordings], masses)
+    compared = compare(streams, [recording.name for recording in recordings], masses)
     compared = replace(compared, order=order)
     if args.table is not None:
         write_dives(args.table, compared, args.name)

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.mass_and_coriolis import mass_matrix
-from incsvr.plant.terms import mass_unit
-from incsvr.vehicle import Identified, Parameter, Vehicle, WholeMotion, identify, on_grid
+from incsvr.plant.terms import mass_unit, stage_unit, thrust_name
+from incsvr.vehicle import Identified, Parameter, Vehicle, identify
 from incsvr.vehicle.identify import STEPS
-from incsvr.vehicle.simulation import RUNAWAY
+from incsvr.vehicle.runs import axes_of, prepared
 from service.cli.output import add_json_argument, emit, refuse_replacing, writing
 from service.cli.progress import progress
 from service.commands import log_configuration
@@ -100,13 +101,13 @@ def _of_recordings(
         refuse_implausible(run)
     refuse_odd([*runs, *unseen], body_axes(runs))
     refuse_frame(runs)
-    motion = on_grid([run.body_streams() for run in runs])
-    test = on_grid([run.body_streams() for run in unseen], motion.step) if unseen else None
+    motion = prepared([run.body_streams() for run in runs])
+    test = prepared([run.body_streams() for run in unseen]) if unseen else None
     if test is not None:
-        _refuse_other_axes(motion, test, unseen)
+        _refuse_other_axes(axes_of(motion), axes_of(test), unseen)
     of_file = [f"known inertias of {args.vehicle} are declared, not estimated"] if args.vehicle is not None else []
     notes = tuple(dict.fromkeys((*of_file, *(note for run in (*runs, *unseen) for note in run.notes))))
-    count = STEPS + len(motion.axes)
+    count = STEPS + len(axes_of(motion))
     with progress("identifying", count) as advance:
 
         def begins(step: str) -> None:
@@ -170,9 +171,9 @@ def declared_by_file(path: Path) -> dict[tuple[str, str], float]:
     return found
 
 
-def _refuse_other_axes(motion: WholeMotion, test: WholeMotion, unseen: list[Recording]) -> None:
+def _refuse_other_axes(axes: Sequence[str], unseen_axes: Sequence[str], unseen: list[Recording]) -> None:
     """Refuses dives for the errors that lack a velocity of the model."""
-    missing = [name for name in motion.axes if name not in test.axes]
+    missing = [name for name in axes if name not in unseen_axes]
     if missing:
         raise BadInput(
             f"{unseen[0].name}: it lacks {' and '.join(missing)}, which the model predicts; validate on dives with "
@@ -192,14 +193,18 @@ def refuse_stuck(runs: Sequence[Recording], vehicle: Vehicle) -> None:
         with_heading_sign(seen, examine_sensors(seen, inertia, sign_known=True))
 
 
-def refuse_runaway(motion: WholeMotion, vehicle: Vehicle) -> None:
+RUNAWAY = 5.0
+"""Velocities beyond this multiple of the largest recorded one are those of a model that runs away."""
+
+
+def refuse_runaway(runs: Sequence[Streams], vehicle: Vehicle) -> None:
     """Refuses a model whose free run over its own dives leaves all that they recorded.
 
     Raises:
         BadInput: naming the axes, and what to record.
     """
-    reached = np.abs(vehicle.free_run(motion)).max(axis=0)
-    passed = reached >= 0.999 * RUNAWAY * vehicle.fastest  # where the simulation is clipped
+    reached = np.max([np.abs(vehicle.free_run(run)[1]).max(axis=0) for run in runs], axis=0)
+    passed = reached >= RUNAWAY * vehicle.fastest
     away = [name for name, beyond in zip(AXES, passed, strict=True) if name in vehicle.axes and beyond]
     if away:
         raise BadInput(
@@ -223,17 +228,23 @@ HORIZON_HEAD = "  {:<28}{}"
 def text(found: Identified) -> str:
     """The result for people."""
     vehicle = found.vehicle
-    lines = [f"vehicle {vehicle.name}: {found.seconds:.0f} s of motion, cells of {found.step:.3g} s", ""]
+    lines = [f"vehicle {vehicle.name}: {found.seconds:.0f} s of motion, steps of {found.step:.3g} s", ""]
+    inertia = "effective inertia" if found.effective else "inertia"
     for axis in vehicle.axes:
         passive = "" if axis in vehicle.driven else " (no effort acts along it)"
         lines.append(f"{axis}{passive}")
         for (one, other), parameter in vehicle.mass.items():
             if one == axis:
-                name = "inertia" if one == other else f"inertia with {other}"
+                name = inertia if one == other else f"{inertia} with {other}"
                 lines.append(_row(name, parameter, mass_unit(one, other)))
         lines += [_row(term.name, p, term.unit) for term, p in vehicle.terms.items() if term.axis == axis]
         lines += [_row("thrust lag", p, "s") for name, p in vehicle.lags.items() if name == axis]
+        lines += [
+            _row(thrust_name(name), p, stage_unit(axis, name)) for name, p in vehicle.thrust.get(axis, {}).items()
+        ]
     lines += ["", *_errors(found)]
+    if found.effective:
+        lines.append("An effective inertia includes the share of axes that move with it and are not in the recordings.")
     for axis, why in found.refusals.items():
         lines.append(f"{axis} is not identified: {why}")
     lines += list(found.manoeuvres)
@@ -267,7 +278,10 @@ def _errors(found: Identified) -> list[str]:
         if seconds in errors.track:
             lines.append(f"  {'     track':<28}{errors.track[seconds]:>12.3g} m")
     lines.append(HORIZON_HEAD.format("free run: model", _numbers(errors.free_run.tolist())))
+    lines.append(HORIZON_HEAD.format("     velocity held", _numbers(errors.hold.tolist())))
     lines.append(HORIZON_HEAD.format("     zero velocity", _numbers(errors.zero.tolist())))
+    singles = [float(found.by_itself[axis].free_run[0]) for axis in errors.axes]
+    lines.append(HORIZON_HEAD.format("     each axis by itself", _numbers(singles)))
     lines.append("  Each axis by itself is given the other velocities as measured; the model predicts them, too.")
     return lines
 

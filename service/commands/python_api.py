@@ -22,7 +22,7 @@ from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.learning.prediction import Prediction
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.terms import mass_unit
+from incsvr.plant.terms import mass_unit, stage_unit, thrust_name
 from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
@@ -170,6 +170,10 @@ class IdentifyResult(CommandResult):
         ]
         named += [(term.axis, term.name, term.unit, parameter) for term, parameter in vehicle.terms.items()]
         named += [(axis, "thrust lag", "s", parameter) for axis, parameter in vehicle.lags.items()]
+        named += [
+            (axis, thrust_name(name), stage_unit(axis, name), p)
+            for axis, of in vehicle.thrust.items() for name, p in of.items()
+        ]  # fmt: skip
         rows = [{"axis": axis, "parameter": name, "unit": unit, **p.to_dict()} for axis, name, unit, p in named]
         return _frame(rows)
 

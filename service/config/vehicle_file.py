@@ -13,7 +13,7 @@ from pydantic import AfterValidator, ConfigDict, Field, StrictFloat, StrictStr, 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, VELOCITIES
 from incsvr.plant.mass_and_coriolis import mass_matrix
-from incsvr.plant.terms import mass_unit, term
+from incsvr.plant.terms import mass_unit, stage_unit, term
 from service.config.core_yaml import parse, quote
 from service.wire.form import Form
 from service.wire.json_text import json_text
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 _AXIS, _VELOCITY = f"({'|'.join(AXES)})", f"({'|'.join(VELOCITIES)})"
 _TERM = re.compile(
-    rf"linear|quadratic|reverse|bias|weight|righting|(cross|square|inflow):{_VELOCITY}|effort:{_AXIS}"
+    rf"linear|quadratic|reverse|bias|weight|righting|advance|(cross|square|inflow):{_VELOCITY}|effort:{_AXIS}"
+    r"|(coulomb|coulomb_asymmetry|bend):(0|[1-9]\d*)?(\.\d+)?([eE][-+]?\d+)?"
     rf"|(product|cross_size):{_VELOCITY}\*{_VELOCITY}"
 )
 """Names of the terms, which the head of a vehicle file explains."""
@@ -69,6 +70,29 @@ class TimeConstant(Entry):
     value: StrictFloat = Field(ge=0.0)
 
 
+class Share(Entry):
+    """A parameter that must be positive."""
+
+    value: StrictFloat = Field(gt=0.0)
+
+
+class Thrust(Part):
+    """What the actuators of an axis make of its effort, in this order: each stage may be left out."""
+
+    exponent: Share | None = None
+    full_effort: Share | None = None
+    dead_zone: TimeConstant | None = None
+    limit: Share | None = None
+    reverse: TimeConstant | None = None
+    delay_s: TimeConstant | None = None
+
+    @model_validator(mode="after")
+    def _of_a_curve(self) -> Self:
+        if (self.exponent is None) != (self.full_effort is None):
+            raise ValueError("exponent and full_effort belong together: give both, or none")
+        return self
+
+
 def is_name(text: str) -> bool:
     """Whether a text can name a vehicle: one line that prints."""
     return bool(text.strip()) and text.isprintable()
@@ -90,13 +114,14 @@ class Entries(Part):
     mass_matrix: dict[StrictStr, Entry]
     terms: dict[Axis, dict[StrictStr, Entry]]
     thrust_lag_s: dict[Axis, TimeConstant]
+    thrust: dict[Axis, Thrust] = Field(default={})
     fastest: dict[Axis, Annotated[StrictFloat, Field(ge=0.0, le=50.0)]]
     learners: dict[StrictStr, dict[StrictStr, Any]] = Field(default={})
     doubts: tuple[Annotated[StrictStr, AfterValidator(_name)], ...] = ()
 
     @model_validator(mode="after")
     def _of_its_axes(self) -> Self:
-        for key, named in (("driven", self.driven), ("terms", self.terms)):
+        for key, named in (("driven", self.driven), ("terms", self.terms), ("thrust", self.thrust)):
             for axis in named:
                 if axis not in self.axes:
                     raise ValueError(f"{key} names {axis}, which is not among axes")
@@ -119,6 +144,10 @@ class Entries(Part):
                 entry.in_unit(f"terms.{axis}.{name}", term(axis, name).unit)
         for axis, lag in self.thrust_lag_s.items():
             lag.in_unit(f"thrust_lag_s.{axis}", "s")
+        for axis, thrust in self.thrust.items():
+            for name, stage in thrust:
+                if stage is not None:
+                    stage.in_unit(f"thrust.{axis}.{name}", stage_unit(axis, name))
         return self
 
     @model_validator(mode="after")
@@ -176,8 +205,11 @@ HEAD = f"""\
 # assumed (its axis has no actuator), not excited (the interval is wider than the axis's usual effort), or bound
 # reached (the search for an inertia ended at its edge: the recordings do not determine it).
 # C(ν) follows from the mass matrix. The terms φ: linear ν; quadratic ν|ν|; cross:j ν_j; product:j*k ν_j ν_k;
-# square:j ν_j²; cross_size:j*k |ν_j| ν_k; effort:a −τ_a; inflow:j τ|ν_j|; reverse τ where τ < 0; bias 1;
+# square:j ν_j²; cross_size:j*k |ν_j| ν_k; effort:a −τ_a; inflow:j τ|ν_j|; advance ν√|τ|; reverse τ where τ < 0;
+# bias 1; coulomb:w tanh(ν/w); coulomb_asymmetry:w tanh²(ν/w); bend:w the part of ν beyond ± w;
 # righting sin φ cos θ (roll), sin θ (pitch); weight: minus the downward direction.
+# thrust: stages that an effort passes before its lag, in this order: exponent p, u → u₀ (u/u₀)ᵖ with u₀ the
+# full_effort; dead_zone [N], [N m]; limit; reverse, the share that thrust astern has of thrust ahead; delay_s.
 # doubts: why predictions, parameters or intervals may be wrong; an export repeats them.
 # learners: what `incsvr serve --vehicle FILE` learns, in the names of config.yaml; change it as you like.
 """

@@ -22,10 +22,9 @@ from incsvr.errors import BadInput
 from incsvr.learning.coefficients import Interval
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, VELOCITIES
-from incsvr.plant.terms import RIGHTING, WEIGHT, Term, mass_unit
+from incsvr.plant.terms import RIGHTING, WEIGHT, Term, mass_unit, stage_unit, thrust_name
 from incsvr.vehicle import Vehicle
-from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, UNKNOWN
-from incsvr.vehicle.simulation import MAX_STEP_DAMPING, MAX_SUBSTEPS
+from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, STEPS_A_DECAY, UNKNOWN
 
 ALONG, ABOUT = slice(0, 3), slice(3, 6)
 """Places of the translations and of the rotations in ν."""
@@ -78,7 +77,7 @@ def parted(
             raise BadInput(f"{value:g} is no moment of inertia; give a positive number in kg m² (a mass in kg)")
     if (about_yaw is None) != (across is None) and {"roll", "pitch"} & set(vehicle.axes):
         raise BadInput("the body's moments of inertia need --dry-inertia and --inertia-xy together, for this vehicle")
-    rows = vehicle.structure.rows
+    rows = vehicle.rows
     total = np.zeros((6, 6))
     total[np.ix_(rows, rows)] = vehicle.mass_matrix[np.ix_(rows, rows)]
     diagonal = np.diag(total)
@@ -130,29 +129,33 @@ def vehicle_figures(vehicle: Vehicle) -> Iterator[tuple[str, Interval, str]]:
     )
     terms = ((f"{term.axis} {term.name}", p, term.unit) for term, p in vehicle.terms.items())
     lags = ((f"{axis} thrust lag", p, "s") for axis, p in vehicle.lags.items())
-    for name, p, unit in (*masses, *terms, *lags):
+    stages = (
+        (f"{axis} {thrust_name(name)}", p, stage_unit(axis, name))
+        for axis, of in vehicle.thrust.items() for name, p in of.items()
+    )  # fmt: skip
+    for name, p, unit in (*masses, *terms, *lags, *stages):
         yield name, Interval(p.value, p.low, p.high), unit
 
 
 def python_module(vehicle: Vehicle) -> str:
     """A Python file that needs NumPy alone and simulates as `incsvr` does."""
-    names, structure = list(AXES), vehicle.structure
+    names = list(AXES)
     return _filled(
         "python",
         name=vehicle.name.replace("\\", "\\\\").replace('"', '\\"'),
         doubts=[f"# {each}" for each in doubts(vehicle)],
         axes=repr(names),
-        rows=structure.rows,
+        rows=vehicle.rows,
         mass=vehicle.mass_matrix.tolist(),
         lags={names.index(axis): parameter.value for axis, parameter in vehicle.lags.items()},
         fastest=vehicle.fastest.tolist(),
         decay=vehicle.decay,
+        steps_a_decay=STEPS_A_DECAY,
         terms=[
             f"    f[{term.row}] += {p.value!r} * {_expression(term)}  # {term.name} [{term.unit}]"
             for term, p in vehicle.terms.items()
         ],
-        max_decay=MAX_STEP_DAMPING,
-        max_substeps=MAX_SUBSTEPS,
+        thrust={names.index(axis): {name: p.value for name, p in of.items()} for axis, of in vehicle.thrust.items()},
     )
 
 
@@ -239,6 +242,10 @@ def _remarks(vehicle: Vehicle, body: RigidBody, held: Collection[Term], flu: boo
         for t, p in vehicle.terms.items()
         if t not in held and t.kind not in (RIGHTING, WEIGHT)
     ]
+    lost += [
+        f"{axis} {thrust_name(name)} = {p.value:.4g} {stage_unit(axis, name)}"
+        for axis, of in vehicle.thrust.items() for name, p in of.items()
+    ]  # fmt: skip
     found = [f"{vehicle.name}, identified by incsvr up to {fastest} (m/s, rad/s); beyond, it is a guess."]
     if missing:
         found.append(f"Not identified, and 0 here: added mass and damping of {', '.join(missing)}; put in your own.")
@@ -302,6 +309,12 @@ def _expression(term: Term) -> str:
             return f"w[{term.row}] * abs(u[{VELOCITIES.index(term.of[0])}])"
         case "reverse":
             return f"min(w[{term.row}], 0.0)"
+        case "advance":
+            return f"u[{term.row}] * np.sqrt(abs(w[{term.row}]))"
+        case "coulomb" | "coulomb_asymmetry":
+            return f"np.tanh(u[{term.row}] / {term.of[0]})" + " ** 2" * (term.kind == "coulomb_asymmetry")
+        case "bend":
+            return f"(u[{term.row}] - np.clip(u[{term.row}], -{term.of[0]}, {term.of[0]}))"
         case "weight":
             down = {"surge": "-np.sin(pitch)", "sway": "np.cos(pitch) * np.sin(roll)"}
             return f"-({down.get(term.axis, 'np.cos(pitch) * np.cos(roll)')})"

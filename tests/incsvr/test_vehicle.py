@@ -1,100 +1,111 @@
-"""A whole vehicle, identified from simulated dives: parameters, errors, and what is said where data do not suffice."""
+"""A whole vehicle: refusals, the file's terms and thrust in the engine, and C(ν) that a vehicle does without."""
 
 from __future__ import annotations
 
 import re
-from functools import cache
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
+from incsvr.model.fitting import Problem, fit
+from incsvr.model.identification import structure_of
+from incsvr.model.intervals import Interval
+from incsvr.model.rows import free_products, mirrored, own, restoring, with_others
+from incsvr.model.simulation import predict
+from incsvr.model.structure import is_logarithm
+from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams
-from incsvr.vehicle import Identified, identify, on_grid
-from incsvr.vehicle.fitting import Fit, student_weight
-from incsvr.vehicle.intervals import intervals
-from incsvr.vehicle.structure import Structure
+from incsvr.plant.axes import EFFORTS, VELOCITIES
+from incsvr.plant.terms import Term
+from incsvr.vehicle import Parameter, identify
+from incsvr.vehicle.of_fit import vehicle_of
+from incsvr.vehicle.runs import prepared
+from service.config.vehicle_file import read_vehicle, write_vehicle
+from service.export.formats import python_module
 from simulator.vehicles import BODIES
-from simulator.vehicles import Vehicle as Body
+from tests import vehicle_of_body
 from tests.worlds import swim
 
 
-def dive(kind: str, seconds: float, seed: int) -> tuple[Body, Streams]:
-    """A body drawn by the seed, and the log of a dive of it."""
-    body = BODIES[kind](np.random.default_rng(seed))
-    return body, swim(body, seconds, seed)
-
-
-@cache
-def torpedo() -> tuple[Body, Identified]:
-    """A torpedo in the plane, identified from four minutes and judged on one."""
-    body = BODIES["torpedo"](np.random.default_rng(41))
-    motion = on_grid([swim(body, 240.0, 41)])
-    return body, identify(motion, on_grid([swim(body, 60.0, 42)], motion.step), name="torpedo")
-
-
-def test_inertias_and_drag_are_near_the_truth() -> None:
-    body, found = torpedo()
-    for k, axis in ((0, "surge"), (1, "sway"), (5, "yaw")):
-        assert found.vehicle.mass[axis, axis].value == pytest.approx(body.mass[k, k], rel=0.1)
-        speed = 0.7 * float(found.vehicle.fastest[k])
-        terms = {term.name: p.value for term, p in found.vehicle.terms.items() if term.axis == axis}
-        drag = terms["linear"] * speed + terms["quadratic"] * speed**2
-        assert drag == pytest.approx(body.linear[k] * speed + body.quadratic[k] * speed**2, rel=0.15)
-
-
-def test_unseen_dives_are_predicted_with_all_axes_at_once() -> None:
-    _, found = torpedo()
-    model, hold, _ = found.errors.horizons[5.0]
-    assert np.all(model < 0.25 * hold)
-    assert np.all(found.errors.free_run < 0.3 * found.errors.zero)
-    assert found.errors.track[5.0] < 0.5
-    assert set(found.refusals) == {"heave", "roll", "pitch"}
+def dive(kind: str, seconds: float, seed: int) -> Streams:
+    """The log of a dive of a body drawn by the seed."""
+    return swim(BODIES[kind](np.random.default_rng(seed)), seconds, seed)
 
 
 def test_a_vehicle_that_nothing_drives_is_refused_with_the_cure() -> None:
-    _, log = dive("torpedo", 60.0, 43)
-    motion = on_grid([{name: stream for name, stream in log.items() if "force" not in name and name != "torque"}])
+    log = dive("torpedo", 60.0, 43)
     with pytest.raises(BadInput, match="--column surge_force=NAME"):
-        identify(motion)
+        identify([{name: stream for name, stream in log.items() if name not in EFFORTS}])
 
 
-@pytest.mark.parametrize("seconds", [20.0, 60.0])
-def test_too_short_a_dive_is_refused_without_a_length_that_moves(seconds: float) -> None:
-    """A longer dive shows slower motion and needs longer windows: a figure would grow with the dive that follows it."""
-    _, log = dive("torpedo", seconds, 44)
-    motion = on_grid([log])
-    with pytest.raises(BadInput, match="give longer or more recordings") as refused:
-        identify(motion)
-    assert re.findall(r"[\d.]+ s\b", str(refused.value)) == [f"{motion.seconds:.3g} s"]
+@pytest.mark.parametrize(("seconds", "words"), [(10.0, "longer or more recordings"), (1.0, "longer recordings")])
+def test_too_short_a_dive_is_refused_without_a_length_that_moves(seconds: float, words: str) -> None:
+    """A longer dive shows slower motion: a figure would grow with the dive that follows it."""
+    with pytest.raises(BadInput, match=f"give {words}") as refused:
+        identify([dive("torpedo", seconds, 44)])
+    assert len(re.findall(r"[\d.]+ s\b", str(refused.value))) == (seconds > 5.0)
 
 
-def test_a_dive_of_a_second_is_refused_without_a_length_that_moves() -> None:
-    _, log = dive("torpedo", 1.0, 44)
-    with pytest.raises(BadInput, match="give longer recordings") as refused:
-        on_grid([log])
-    assert not re.findall(r"\d", str(refused.value))
+def test_a_long_pause_ends_a_run() -> None:
+    log = dive("torpedo", 60.0, 44)
+    paused = {name: (t[(t < 20.0) | (t > 30.0)], v[(t < 20.0) | (t > 30.0)]) for name, (t, v) in log.items()}
+    assert [round(float(run["surge"][0][-1]) - float(run["surge"][0][0])) for run in prepared([paused])] == [20, 30]
 
 
-def fitted(slope: Array, measured: Array) -> Fit:
-    """The fit of one parameter to numbers (windows,) that are the slope times it, under Student's t."""
-    parameter, variance = 0.0, np.ones(1)
-    for _ in range(60):
-        error = (slope * parameter - measured)[:, None, None]
-        weight = student_weight(error, variance)
-        parameter -= float(np.sum(slope * error[:, 0, 0] * weight[:, 0]) / np.sum(slope**2 * weight[:, 0]))
-    error = (slope * parameter - measured)[:, None, None]
-    return Fit(
-        Structure((), (), (), (), np.zeros((6, 6))), np.array([parameter]), np.ones(1), variance, error,
-        slope[None, :, None, None], student_weight(error, variance),
+@pytest.mark.parametrize("tied", [True, False])
+def test_every_row_of_the_engine_moves_a_vehicle_file_alike(tied: bool, tmp_path: Path) -> None:
+    """Six axes with one row of each kind, of C(ν) of M or without it, written and read."""
+    rng, log = np.random.default_rng(7), dive("rov", 20.0, 7)
+    plain = structure_of([log], VELOCITIES)
+    more = [each for axis in VELOCITIES for each in own(axis, 0.5, axis in plain.driven)]
+    more += [each for axis in VELOCITIES for each in with_others(axis, [v for v in VELOCITIES if v != axis], True)]
+    chosen = {each.name.partition(":")[0] + each.axis: each for each in more if mirrored(each)}
+    rows = (*plain.rows, *chosen.values(), *(() if tied else free_products(VELOCITIES)))
+    rows = tuple({each.key: each for each in rows}.values())
+    assert restoring(VELOCITIES, ("roll", "pitch"))[0].key in {each.key for each in rows}
+    structure = replace(
+        plain, rows=rows, tied=tied, coupled=(("surge", "pitch_rate"),), shift_priors={},
+        stages=(("dead", "surge"), ("limit", "yaw_rate"), ("reverse", "heave"), ("lag", "sway"), ("exponent", "sway")),
+        ways=dict.fromkeys(plain.driven, "hold"),
     )  # fmt: skip
+    theta = {name: float(rng.normal(0.0, 0.1)) for name in structure.names}
+    theta |= {f"mass:{axis}": np.log(m) for axis, m in zip(VELOCITIES, (20.0, 25.0, 30.0, 2.0, 3.0, 4.0), strict=True)}
+    theta |= {each.key: 3.0 for each in rows if each.name == "linear"}
+    theta |= {"dead:surge": 1.0, "limit:yaw_rate": 0.5, "reverse:heave": -0.3, "lag:sway": -1.0, "exponent:sway": 0.2}
+    windows = cut([log], structure, 0.0125, np.inf)
+    fitted = fit(structure, theta, Problem(windows), rounds=0)
+    known = {n: Interval(v, v, v, 0.0) for n, v in ((n, _own(n, v)) for n, v in fitted.theta.items())}
+    found = vehicle_of("rov", fitted, known, {}, np.full(6, 1.0))
+    write_vehicle(tmp_path / "rov.yaml", found)
+    again = read_vehicle(tmp_path / "rov.yaml")
+    column = np.array([fitted.theta[name] for name in structure.names])[:, None]
+    wanted = predict(structure, column, windows, windows.starts[:, None])[:, 0].reshape(6, -1).T
+    _, course = again.free_run(log, windows.step)
+    assert course[8::8] == pytest.approx(wanted, abs=1e-5)
+    assert ("heave" in again.thrust) == any(t.kind == "inflow" and t.axis == "heave" for t in again.terms)
 
 
-def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
-    rng, repeats, held = np.random.default_rng(611), 600, 0
-    free = (np.array([-np.inf]), np.array([np.inf]))
-    for _ in range(repeats):
-        slope = rng.standard_normal(120)
-        low, high = intervals(fitted(slope, 0.7 * slope + rng.standard_normal(120)), free)
-        held += bool(low[0] <= 0.7 <= high[0])
-    assert 0.925 < held / repeats < 0.98
+def _own(name: str, value: float) -> float:
+    return float(np.exp(value)) if is_logarithm(name) else value
+
+
+def test_the_python_export_passes_an_effort_through_all_stages_of_thrust() -> None:
+    body = BODIES["torpedo"](np.random.default_rng(71))
+    plain = vehicle_of_body.vehicle_of(body, (1.1, 0.5, 0.0, 0.0, 0.0, 0.5))
+    values = {"exponent": 1.4, "full_effort": 40.0, "dead_zone": 3.0, "limit": 25.0, "reverse": 0.7, "delay_s": 0.25}
+    stages = {name: Parameter(value, value, value) for name, value in values.items()}
+    lags = {"surge": Parameter(0.4, 0.4, 0.4)}
+    friction = {Term("surge", "coulomb", ("0.05",)): Parameter(0.8, 0.8, 0.8)}
+    vehicle = replace(plain, thrust={"surge": stages}, lags=lags, terms={**plain.terms, **friction})
+    log = {name: stream for name, stream in swim(body, 30.0, 72).items() if name in EFFORTS}
+    edges, course = vehicle.free_run(log)
+    space: dict[str, object] = {}
+    exec(python_module(vehicle), space)
+    efforts: Array = np.array([log[n][1][:-1] if n in log else np.zeros(edges.size - 1) for n in EFFORTS]).T
+    exported = space["free_run"]
+    assert callable(exported)
+    assert exported(np.zeros(6), efforts, edges[1] - edges[0]) == pytest.approx(course, abs=0.02)
+    assert np.abs(course - plain.free_run(log)[1])[:, 0].max() > 0.1

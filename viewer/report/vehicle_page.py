@@ -9,11 +9,11 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from incsvr.plant.axes import AXES, YAW
-from incsvr.plant.terms import mass_unit
+from incsvr.plant.terms import mass_unit, stage_unit, thrust_name
 from incsvr.plant.words import words_of
 from incsvr.vehicle import Identified, Parameter
 from incsvr.vehicle.model import BOUND_REACHED, ESTIMATED, UNKNOWN
-from incsvr.vehicle.validation import Course
+from incsvr.vehicle.prediction import Course
 from viewer.report.drawing import AFTER, line, over_time, svg
 from viewer.report.figures import between, capital, number, rendered
 
@@ -99,14 +99,15 @@ def _summary(found: Identified) -> str:
 
 def _rows(found: Identified, axis: str) -> list[tuple[str, str, str, str, str]]:
     """Name, unit, value, interval and remark of each parameter of an axis."""
-    vehicle = found.vehicle
+    vehicle, inertia = found.vehicle, "effective inertia" if found.effective else "inertia"
     rows: list[tuple[str, str, Parameter]] = [
-        ("inertia" if one == other else f"inertia with {other}", mass_unit(one, other), parameter)
+        (inertia if one == other else f"{inertia} with {other}", mass_unit(one, other), parameter)
         for (one, other), parameter in vehicle.mass.items()
         if one == axis
     ]
     rows += [(term.name, term.unit, parameter) for term, parameter in vehicle.terms.items() if term.axis == axis]
     rows += [("thrust lag", "s", parameter) for name, parameter in vehicle.lags.items() if name == axis]
+    rows += [(thrust_name(name), stage_unit(axis, name), p) for name, p in vehicle.thrust.get(axis, {}).items()]
     return [(name, "" if unit == "1" else unit, number(p.value), _interval(p), _remark(p)) for name, unit, p in rows]
 
 

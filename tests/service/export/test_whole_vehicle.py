@@ -13,12 +13,13 @@ import pytest
 
 from incsvr.numerics import Array
 from incsvr.plant.mass_and_coriolis import coriolis_matrix
-from incsvr.plant.terms import Term, own_damping
+from incsvr.plant.terms import Term
 from incsvr.vehicle import Parameter, Vehicle
 from service.cli.command_line import main
 from service.config.vehicle_file import write_vehicle
 from service.export.formats import python_module
 from simulator.vehicles import NAMES
+from tests.vehicle_of_body import own_damping
 
 STEP_S, STEPS = 0.05, 120
 PORT_AND_UP = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
