@@ -19,13 +19,13 @@ from benchmarks.peers import RUNAWAY_RATIO, Integrated, Motion, Trivial, frols, 
 from benchmarks.study import HALVES, MEASURED, Record, run, table
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
+from incsvr.model_trace.channels import usable_channels
+from incsvr.model_trace.torque_nature import TorqueNature
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing import innovations
 from incsvr.tracing.cells import cut
-from incsvr.tracing.channels import usable_channels
-from incsvr.tracing.torque_nature import TorqueNature
 from service.commands.fit_result import Fit
 from service.commands.trace import runs_of, trace_recordings
 from service.recordings.recording import Recording, sequence

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.effects import Term, candidates
+from incsvr.model_trace.model import TracedModel
 from incsvr.numerics import Array
-from incsvr.tracing.model import TracedModel
 from service.recordings.recording import Recording, from_streams
 from simulator import leng
 

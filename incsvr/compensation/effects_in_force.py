@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from incsvr.effects import Effect, Signals, Term
+from incsvr.model_trace.model import TracedModel
 from incsvr.numerics import Array
 from incsvr.signals import RUN_PAUSE_S
-from incsvr.tracing.model import TracedModel
+from incsvr.tracing.of_model import drag_of, effects_of
 
 HEADING_CHANNEL = "heading"
 """The channel of the heading."""
@@ -100,7 +101,7 @@ class Compensation:
         Raises:
             KeyError, ValueError, IndexError: it holds terms that this catalogue does not know in this form.
         """
-        pairs = list(zip(model.effects(), model.terms, strict=True))
+        pairs = list(zip(effects_of(model), model.terms, strict=True))
         kept = tuple(term for effect, term in pairs if not effect.needs_clock)
         left_out = tuple(term.effect for effect, term in pairs if effect.needs_clock)
         found = Compensation(replace(model, terms=kept), left_out)
@@ -118,7 +119,7 @@ class Compensation:
     @property
     def channels(self) -> tuple[str, ...]:
         """The further channels that the effects read; the heading is integrated where it does not come."""
-        return tuple(sorted({channel for effect in self.model.effects() for channel in effect.channels}))
+        return tuple(sorted({channel for effect in effects_of(self.model) for channel in effect.channels}))
 
     @property
     def of_heading(self) -> bool:
@@ -137,7 +138,7 @@ class Compensation:
 
     def pairs(self) -> list[tuple[Effect, Term]]:
         """The effects with their terms, in the order in which they were added."""
-        return list(zip(self.model.effects(), self.model.terms, strict=True))
+        return list(zip(effects_of(self.model), self.model.terms, strict=True))
 
     def split(self, piece: GridSegment, carried: FilterState) -> tuple[list[Array], FilterState]:
         """The torque of each effect, in the order of `pairs`, and the memory after this piece.
@@ -166,7 +167,7 @@ class Compensation:
         seen = _SegmentSignals(
             step=piece.step, start=np.array([0, piece.index.size], dtype=np.intp), time=piece.time,
             rate=piece.rate, torque=piece.torque, channels=piece.channels, heading=heading, inertia=model.inertia,
-            scale=model.scale, block=model.block, damping=model.damping_at(piece.rate), drag=model.drag(),
+            scale=model.scale, block=model.block, damping=model.damping_at(piece.rate), drag=drag_of(model),
             filters=filters,
         )  # fmt: skip
         values: dict[int, Array] = {}

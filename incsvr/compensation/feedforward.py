@@ -25,6 +25,7 @@ from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals.steps import refuse_steps
+from incsvr.tracing.of_model import drag_of
 
 MAX_PLAN_STEP_S = 0.1
 """Step of a plan's grid at most [s]: rotors and water are slower."""
@@ -203,7 +204,7 @@ def _signals(plan: Plan, compensation: Compensation) -> Signals:
     return Signals(
         step=plan.step, start=np.array([0, count], dtype=np.intp), time=plan.time, rate=plan.rate,
         torque=np.zeros(count), channels=plan.channels, heading=plan.channels.get(HEADING_CHANNEL, np.zeros(count)),
-        damping=model.damping_at(plan.rate), drag=model.drag(), acceleration=plan.acceleration,
+        damping=model.damping_at(plan.rate), drag=drag_of(model), acceleration=plan.acceleration,
         applied=np.zeros(count), inertia=model.inertia, scale=model.scale, block=model.block, origin=model.origin,
     )  # fmt: skip
 

@@ -14,15 +14,15 @@ from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
 from incsvr.compensation.proof import Proof
 from incsvr.effects import Effect, Term
 from incsvr.errors import BadInput
+from incsvr.model_trace.held_out import is_proven
+from incsvr.model_trace.run import Run
+from incsvr.model_trace.torque_nature import TorqueNature
 from incsvr.numerics import Array, Streams
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.cells import cut
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit, fit
-from incsvr.tracing.held_out import is_proven
 from incsvr.tracing.hypothesis import Hypothesis, Part
-from incsvr.tracing.run import Run
-from incsvr.tracing.torque_nature import TorqueNature
 from incsvr.tracing.trace import problem_of
 from incsvr.tracing.validation import validate
 

@@ -10,8 +10,9 @@ import numpy as np
 from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
 from incsvr.effects import Signals
 from incsvr.free_run.motions import Motion
+from incsvr.model_trace.model import TracedModel
 from incsvr.numerics import Array, Streams
-from incsvr.tracing.model import TracedModel
+from incsvr.tracing.of_model import simulated
 
 STEPS_PER_SCALE = 40.0
 """Steps of the simulation in the vehicle's time scale."""
@@ -47,5 +48,5 @@ def _error(model: TracedModel, motion: Motion, streams: Streams) -> Array:
         torque=np.interp(time, motion.torque_time, motion.torque), heading=heading,
         channels={name: np.interp(time, *values) for name, values in streams.items()},
     )  # fmt: skip
-    index, simulated = model.simulate(signals)
-    return np.asarray(np.interp(motion.rate_time, time[index], simulated) - motion.yaw_rate)
+    index, rate = simulated(model, signals)
+    return np.asarray(np.interp(motion.rate_time, time[index], rate) - motion.yaw_rate)

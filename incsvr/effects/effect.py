@@ -9,30 +9,15 @@ damping (`factor`), or takes a moment (`columns`, the moment for each coefficien
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from incsvr.effects.signals import Signals
+from incsvr.model_trace.model import Term
 from incsvr.numerics import Array
 
-
-@dataclass(frozen=True, slots=True)
-class Term:
-    """An effect as it is in a model.
-
-    Attributes:
-        effect: its name in the catalogue, with the channel if it has one.
-        variant: which form of the effect (see `Effect.variant`).
-        coefficients: θ, one for each column; one for an effect on thrust or damping.
-        inner: the parameters that are searched; a shape, if any, first, and the size that the effect is known by last.
-    """
-
-    effect: str
-    variant: str
-    coefficients: tuple[float, ...]
-    inner: tuple[float, ...] = ()
+__all__ = ["Effect", "Term", "stack"]
 
 
 class Effect:

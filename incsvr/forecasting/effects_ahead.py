@@ -11,6 +11,7 @@ from incsvr.forecasting.grid import Grid
 from incsvr.numerics import Array
 from incsvr.tracing.cells import plain
 from incsvr.tracing.dynamics import Dynamics, coulomb_half_step, water_after
+from incsvr.tracing.of_model import motion_of
 
 
 class EffectsAhead:
@@ -31,7 +32,7 @@ class EffectsAhead:
             channels=grid.beside.channels, heading=heading, inertia=model.inertia, scale=model.scale,
             block=model.block, origin=model.origin,
         )  # fmt: skip
-        self._dynamics, self._signals = Dynamics(plain(signals), model.motion()), signals
+        self._dynamics, self._signals = Dynamics(plain(signals), motion_of(model)), signals
         self._water = {c: signals.lowpass(grid.rate, c) for c in self._dynamics.constants}
         self._loss = self._dynamics.friction_loss(0.5 * grid.step)
 

@@ -21,12 +21,19 @@ from incsvr.model.rows import Row
 from incsvr.model.scales import motion_scale
 from incsvr.model.search import Added
 from incsvr.model.series import effort_of, period, values
+from incsvr.model_trace import spells
+from incsvr.model_trace.channels import usable_channels
+from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace
 from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
 from incsvr.model_trace.parameters import has_size, parameters_of
 from incsvr.model_trace.proof import PLAIN, Proof, has_effects, prove
 from incsvr.model_trace.recordings import Recordings, recordings_of
 from incsvr.model_trace.refusals import refuse_too_little_motion
+from incsvr.model_trace.run import Run, check
+from incsvr.model_trace.sentences import AHEAD, LABELS, of_loop
+from incsvr.model_trace.thresholds import MAX_REJECTED, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
+from incsvr.model_trace.torque_nature import Loop
 from incsvr.model_trace.traced_model import traced_model
 from incsvr.model_trace.unseen import Judge, ends, judge, times
 from incsvr.model_trace.vocabulary import contract_name, streams, word_of
@@ -34,15 +41,9 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import of_rate
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals.settings import TorqueKind
-from incsvr.tracing import spells
-from incsvr.tracing.channels import usable_channels
-from incsvr.tracing.findings import Finding, Pictures, RejectedEffect, Trace
-from incsvr.tracing.result import ROUND_NUMBERS
-from incsvr.tracing.run import Run, check
-from incsvr.tracing.sentences import AHEAD, LABELS, of_loop
-from incsvr.tracing.thresholds import MAX_REJECTED, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
-from incsvr.tracing.torque_nature import Loop
 
+ROUND_NUMBERS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
+"""Commands at which people read a thrust, in their decade."""
 CURVES = {"dead": "dead", "limit": "limit", "reverse": "reverse", "exponent": "exponent"}
 """Stages of the effort that are a curve of the command."""
 TOO_LITTLE = "it improves too little beside the effects found"

@@ -1,7 +1,4 @@
-"""An engine's model as the value that live, forecasts and reports read today, until they read the engine's own.
-
-The catalogue of `incsvr.effects` has a term for each effect of one axis.
-"""
+"""An engine's model as the value that live, forecasts and reports read, with a term for each effect."""
 
 from __future__ import annotations
 
@@ -10,14 +7,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from incsvr.effects import Term
 from incsvr.model.factors import one_by_one
 from incsvr.model.fitting import Fit
 from incsvr.model.series import effort_of, values
+from incsvr.model_trace.model import TABLE_RATES, Term, TracedModel
+from incsvr.model_trace.thresholds import TABLED_RATE_QUANTILES
 from incsvr.model_trace.vocabulary import contract_name, here, word_of
 from incsvr.numerics import Array
-from incsvr.tracing.model import TABLE_RATES, TracedModel
-from incsvr.tracing.thresholds import TABLED_RATE_QUANTILES
 
 AT_STAGES = {"dead": ("dead_zone", "shifted"), "limit": ("torque_saturation", "limit")}
 

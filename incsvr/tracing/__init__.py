@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from incsvr.tracing.trace import Run, Trace, trace, trace_if_found
+from incsvr.tracing.trace import trace, trace_if_found
 
-__all__ = ["Run", "Trace", "trace", "trace_if_found"]
+__all__ = ["trace", "trace_if_found"]

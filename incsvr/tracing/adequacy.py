@@ -7,15 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from incsvr.effects import SmoothTerm
+from incsvr.model_trace.findings import UnexplainedChannel
+from incsvr.model_trace.spells import spans, spells
+from incsvr.model_trace.statistics import p_value, whitened
+from incsvr.model_trace.thresholds import MAX_SMOOTH_TERMS, SMOOTH_LEADS
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW
 from incsvr.tracing.candidates import leads
 from incsvr.tracing.cells import Cells
-from incsvr.tracing.findings import UnexplainedChannel
 from incsvr.tracing.search import FittedHypothesis, Search
-from incsvr.tracing.spells import spans, spells
-from incsvr.tracing.statistics import p_value, whitened
-from incsvr.tracing.thresholds import MAX_SMOOTH_TERMS, SMOOTH_LEADS
 
 
 def smooth_terms(

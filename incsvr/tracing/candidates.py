@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.effects import Effect, candidates
+from incsvr.model_trace.thresholds import MAX_LEADING_FORMS, MIN_LEAD_GAIN, MIN_PAIR_GAIN, TIED_STEP_RANGE
 from incsvr.numerics import Array
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.dynamics import Dynamics, Windows
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit, precision
 from incsvr.tracing.hypothesis import Part, starts
-from incsvr.tracing.thresholds import MAX_LEADING_FORMS, MIN_LEAD_GAIN, MIN_PAIR_GAIN, TIED_STEP_RANGE
 
 
 def admissible(names: Sequence[str], cells: Cells) -> tuple[Effect, ...]:

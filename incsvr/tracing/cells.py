@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
+from incsvr.model_trace.run import Run, pieces, sample_period, stream
+from incsvr.model_trace.thresholds import MIN_PIECE_CELLS, USUAL_QUANTILES
+from incsvr.model_trace.torque_nature import TorqueNature
 from incsvr.numerics import Array, cell_means, integral_at
 from incsvr.signals import scales
 from incsvr.tracing.interpolation import snapped_edges, without_spikes
-from incsvr.tracing.run import Run, pieces, sample_period, stream
-from incsvr.tracing.thresholds import MIN_PIECE_CELLS, USUAL_QUANTILES
-from incsvr.tracing.torque_nature import TorqueNature
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.effects import Effect, Term
+from incsvr.model_trace.statistics import NORMAL_95
 from incsvr.numerics import Array
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit, precision
 from incsvr.tracing.folds import slopes
 from incsvr.tracing.hypothesis import Part
-from incsvr.tracing.statistics import NORMAL_95
 
 SLOPE_DEVIATIONS = 0.1
 """Deviations of a free number over which the slope of a parameter is taken."""

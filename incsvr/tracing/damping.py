@@ -13,8 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from incsvr.model_trace.thresholds import KNOT_RATE_SHARES, SLOPE_PRIOR_DEVIATION
 from incsvr.numerics import Array
-from incsvr.tracing.thresholds import KNOT_RATE_SHARES, SLOPE_PRIOR_DEVIATION
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from incsvr.model_trace.thresholds import MAX_ALTERNATIVES
 from incsvr.tracing.candidates import leads
 from incsvr.tracing.search import FittedHypothesis, Search
-from incsvr.tracing.thresholds import MAX_ALTERNATIVES
 
 
 def alternatives(search: Search, best: FittedHypothesis, k: int) -> list[FittedHypothesis]:

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
+from incsvr.model_trace.thresholds import STUDENT_DEGREES
 from incsvr.numerics import Array
 from incsvr.tracing.dynamics import Windows
 from incsvr.tracing.errors import Colour, Problem
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.response import Response
-from incsvr.tracing.thresholds import STUDENT_DEGREES
 
 MAX_ROUNDS = 12
 """Gauss–Newton steps of a fit at most."""

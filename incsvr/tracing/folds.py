@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri, stdtr
 
+from incsvr.model_trace.thresholds import FOLD_TURNS, FOLDS, MIN_RUNS
 from incsvr.numerics import Array
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit
-from incsvr.tracing.thresholds import FOLD_TURNS, FOLDS, MIN_RUNS
 
 
 def folds_of(problem: Problem) -> NDArray[np.intp]:

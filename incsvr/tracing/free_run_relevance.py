@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.model_trace.sentences import irrelevance
+from incsvr.model_trace.thresholds import RELEVANT_FREE_RUN_SHARE
 from incsvr.tracing.search import FittedHypothesis, Search
-from incsvr.tracing.sentences import irrelevance
-from incsvr.tracing.thresholds import RELEVANT_FREE_RUN_SHARE
 from incsvr.tracing.validation import free_runs
 
 

@@ -11,11 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from incsvr.tracing.cells import Cut, cut, settling_time, time_scale
-from incsvr.tracing.dynamics import Windows
-from incsvr.tracing.errors import Colour, Problem, pieces_of
-from incsvr.tracing.run import Run, sample_period
-from incsvr.tracing.thresholds import (
+from incsvr.model_trace.run import Run, sample_period
+from incsvr.model_trace.thresholds import (
     ALIKE_PERIOD_RANGE,
     MAX_INNOVATIONS,
     MAX_SUBSTEPS,
@@ -24,7 +21,10 @@ from incsvr.tracing.thresholds import (
     STRETCH_SCALES,
     SUBSTEP_SETTLINGS,
 )
-from incsvr.tracing.torque_nature import TorqueNature
+from incsvr.model_trace.torque_nature import TorqueNature
+from incsvr.tracing.cells import Cut, cut, settling_time, time_scale
+from incsvr.tracing.dynamics import Windows
+from incsvr.tracing.errors import Colour, Problem, pieces_of
 from incsvr.tracing.windows import hypothesis_of_nothing
 
 

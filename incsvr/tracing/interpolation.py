@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.model_trace.thresholds import MAX_STAMP_ERROR_PERIODS, SPIKE_BENDS, SPIKE_NEIGHBOURS
 from incsvr.numerics import Array
-from incsvr.tracing.thresholds import MAX_STAMP_ERROR_PERIODS, SPIKE_BENDS, SPIKE_NEIGHBOURS
 
 
 def without_spikes(values: Array) -> Array:

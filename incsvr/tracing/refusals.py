@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.signals.scales import white_noise
-from incsvr.tracing.errors import Problem
-from incsvr.tracing.fit import Fit, precision
-from incsvr.tracing.hypothesis import starts
-from incsvr.tracing.search import Search
-from incsvr.tracing.thresholds import (
+from incsvr.model_trace.thresholds import (
     IDLE_TORQUE_SHARE,
     MAX_GAIN_ERROR,
     MAX_IDLE_SHARE,
     MIN_IDLE_TURN_DEVIATIONS,
     MIN_TURN_DEVIATIONS,
 )
+from incsvr.signals.scales import white_noise
+from incsvr.tracing.errors import Problem
+from incsvr.tracing.fit import Fit, precision
+from incsvr.tracing.hypothesis import starts
+from incsvr.tracing.search import Search
 
 
 def refuse_too_little_motion(search: Search) -> None:

@@ -10,26 +10,25 @@ import numpy as np
 
 from incsvr.effects import Effect, Signals, Term
 from incsvr.effects.torque_saturation import HIGHEST_COMMAND_QUANTILE
+from incsvr.model_trace import spells
+from incsvr.model_trace.disturbance import disturbance
+from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace
+from incsvr.model_trace.held_out import is_proven
+from incsvr.model_trace.result import ROUND_NUMBERS
+from incsvr.model_trace.sentences import of_loop, of_share
+from incsvr.model_trace.statistics import p_value
+from incsvr.model_trace.thresholds import MAX_REJECTED
+from incsvr.model_trace.torque_nature import Loop
 from incsvr.plant.axes import of_rate
-from incsvr.tracing import spells
 from incsvr.tracing.adequacy import loud_spells, smooth_terms
 from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.confidence import intervals
-from incsvr.tracing.disturbance import disturbance
+from incsvr.tracing.effect_sentences import next_manoeuvre, of_clocks, sentence, streams
 from incsvr.tracing.equivalence import alternatives
-from incsvr.tracing.findings import Finding, Pictures, RejectedEffect, Trace
-from incsvr.tracing.held_out import is_proven
-from incsvr.tracing.model import model_of
+from incsvr.tracing.of_model import model_of, parts_of
 from incsvr.tracing.search import FittedHypothesis, Search
-from incsvr.tracing.sentences import next_manoeuvre, of_clocks, of_loop, of_share, sentence, streams
-from incsvr.tracing.statistics import p_value
-from incsvr.tracing.thresholds import MAX_REJECTED
-from incsvr.tracing.torque_nature import Loop
 from incsvr.tracing.validation import block_means, block_size, validate
-
-ROUND_NUMBERS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
-"""Commands at which people read a thrust, in their decade."""
 
 
 def result_of(
@@ -90,7 +89,7 @@ def result_of(
             before=validation.before,
             after=validation.after,
             ledger_time=s.time,
-            ledger=model.parts(_moving(cells)),
+            ledger=parts_of(model, _moving(cells)),
             residual_before=block_means(before, size),
             residual_after=block_means(left, size),
             depends={name: block_means(values, size) for name, values in depends.items()},

@@ -10,15 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.effects import Effect
-from incsvr.numerics import Array
-from incsvr.tracing.candidates import leads, residual
-from incsvr.tracing.dynamics import Dynamics
-from incsvr.tracing.errors import Problem, blocks_of
-from incsvr.tracing.fit import Fit, fit, held_out_scores
-from incsvr.tracing.folds import Difference, difference, folds_of, inflation
-from incsvr.tracing.hypothesis import Hypothesis, Part
-from incsvr.tracing.response import Response
-from incsvr.tracing.thresholds import (
+from incsvr.model_trace.thresholds import (
     ALIKE_EVIDENCE,
     BLOCK_WINDOWS,
     FITTED_LEADS,
@@ -32,6 +24,14 @@ from incsvr.tracing.thresholds import (
     VERY_STEADY_STANDARD_ERRORS,
     WINDOW_EVIDENCE,
 )
+from incsvr.numerics import Array
+from incsvr.tracing.candidates import leads, residual
+from incsvr.tracing.dynamics import Dynamics
+from incsvr.tracing.errors import Problem, blocks_of
+from incsvr.tracing.fit import Fit, fit, held_out_scores
+from incsvr.tracing.folds import Difference, difference, folds_of, inflation
+from incsvr.tracing.hypothesis import Hypothesis, Part
+from incsvr.tracing.response import Response
 
 
 @dataclass(frozen=True, slots=True)

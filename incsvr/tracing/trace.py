@@ -7,24 +7,22 @@ from collections.abc import Sequence
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.model_trace.channels import usable_channels
+from incsvr.model_trace.findings import Trace
+from incsvr.model_trace.run import Run, check
+from incsvr.model_trace.thresholds import LOOP_CORRELATION, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
+from incsvr.model_trace.torque_nature import Loop, TorqueNature, answers, declared_nature, of_this_gyro, standing_time
 from incsvr.signals.settings import MEASURED, TorqueKind
 from incsvr.tracing import innovations, windows
 from incsvr.tracing.candidates import admissible, residual
 from incsvr.tracing.cells import Cut, cut
-from incsvr.tracing.channels import usable_channels
 from incsvr.tracing.equivalence import simplest_equivalent
 from incsvr.tracing.errors import Problem
-from incsvr.tracing.findings import Trace
 from incsvr.tracing.fit import Fit, fit
 from incsvr.tracing.free_run_relevance import without_unseen_effects
 from incsvr.tracing.refusals import refuse_too_little_motion
 from incsvr.tracing.result import result_of
-from incsvr.tracing.run import Run, check
 from incsvr.tracing.search import Search
-from incsvr.tracing.thresholds import LOOP_CORRELATION, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
-from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, declared_nature, of_this_gyro, standing_time
-
-__all__ = ["Run", "Trace", "trace", "trace_if_found"]
 
 
 def trace(

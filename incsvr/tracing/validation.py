@@ -9,16 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.numerics import Array
-from incsvr.tracing.candidates import residual
-from incsvr.tracing.cells import Cells
-from incsvr.tracing.dynamics import Dynamics, Windows
-from incsvr.tracing.errors import Problem, motion_model, pieces_of
-from incsvr.tracing.fit import Fit, fit
-from incsvr.tracing.held_out import Ahead, Errors, horizons, joined_errors, trivial
-from incsvr.tracing.hypothesis import Hypothesis
-from incsvr.tracing.statistics import change_of_rms, rms
-from incsvr.tracing.thresholds import (
+from incsvr.model_trace.held_out import Ahead, Errors, horizons, joined_errors, trivial
+from incsvr.model_trace.statistics import change_of_rms, rms
+from incsvr.model_trace.thresholds import (
     HORIZON_SCALES,
     INDEPENDENT_BLOCK_SCALES,
     MAX_HELD_OUT_PIECES,
@@ -26,6 +19,13 @@ from incsvr.tracing.thresholds import (
     MIN_RUNS,
     TORQUE_BLOCK_SCALES,
 )
+from incsvr.numerics import Array
+from incsvr.tracing.candidates import residual
+from incsvr.tracing.cells import Cells
+from incsvr.tracing.dynamics import Dynamics, Windows
+from incsvr.tracing.errors import Problem, motion_model, pieces_of
+from incsvr.tracing.fit import Fit, fit
+from incsvr.tracing.hypothesis import Hypothesis
 
 
 @dataclass(frozen=True, slots=True)

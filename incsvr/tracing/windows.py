@@ -6,13 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from incsvr.tracing.cells import Cells, Cut, cut, settling_time, time_scale
-from incsvr.tracing.damping import DampingBasis
-from incsvr.tracing.dynamics import Windows
-from incsvr.tracing.errors import Colour, Problem, pieces_of
-from incsvr.tracing.hypothesis import Hypothesis
-from incsvr.tracing.run import Run, sample_period
-from incsvr.tracing.thresholds import (
+from incsvr.model_trace.run import Run, sample_period
+from incsvr.model_trace.thresholds import (
     CELLS_PER_SETTLING,
     MAX_WINDOW_CELLS,
     MAX_WINDOWS,
@@ -22,7 +17,12 @@ from incsvr.tracing.thresholds import (
     OFFSET_PRIOR_PERIODS,
     USUAL_QUANTILES,
 )
-from incsvr.tracing.torque_nature import TorqueNature
+from incsvr.model_trace.torque_nature import TorqueNature
+from incsvr.tracing.cells import Cells, Cut, cut, settling_time, time_scale
+from incsvr.tracing.damping import DampingBasis
+from incsvr.tracing.dynamics import Windows
+from incsvr.tracing.errors import Colour, Problem, pieces_of
+from incsvr.tracing.hypothesis import Hypothesis
 
 
 def cutting(runs: Sequence[Run], inertia: float, nature: TorqueNature) -> Cut:

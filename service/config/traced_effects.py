@@ -99,7 +99,7 @@ def effects_from_trace(
     """
     # Loaded where it is needed alone: most learners have no traced effects.
     from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
-    from incsvr.tracing.model import TracedModel
+    from incsvr.model_trace.model import TracedModel
 
     try:
         traced_model = TracedModel.from_dict(model)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.model_trace.run import Run
 from incsvr.numerics import Array
-from incsvr.tracing import Run, trace
+from incsvr.tracing import trace
 
 STEP, INERTIA, MUNK, LIFT = 0.1, 24.0, 30.0, 40.0
 

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from incsvr.effects import Effect, Signals, Term, candidates
+from incsvr.model_trace.model import TracedModel
+from incsvr.model_trace.sentences import LABELS
 from incsvr.numerics import Array
 from incsvr.plant.words import AxisWords
-from incsvr.tracing.model import TracedModel
-from incsvr.tracing.sentences import LABELS, sentence
+from incsvr.tracing.effect_sentences import sentence
+from incsvr.tracing.of_model import drag_of, parts_of, simulated
 from tests.conftest import ROOT
 
 EVERY = list(candidates(["winch"]))
@@ -56,9 +58,9 @@ def signals() -> Signals:
     )
     table = np.linspace(-0.3, 0.3, 61)
     model = TracedModel(350.0, table, 100.0 * table + 500.0 * table * np.abs(table), (), 1.0, 0.8, 6.0, (0.0, 300.0))
-    _, rate = model.simulate(plain)
-    return replace(moved(plain, rate), damping=model.damping_at(rate), drag=model.drag(), applied=torque, inertia=350.0,
-                   residual=np.sin(2 * np.pi * time / 6.1))  # fmt: skip
+    _, rate = simulated(model, plain)
+    return replace(moved(plain, rate), damping=model.damping_at(rate), drag=drag_of(model), applied=torque,
+                   inertia=350.0, residual=np.sin(2 * np.pi * time / 6.1))  # fmt: skip
 
 
 def moved(signals: Signals, rate: Array) -> Signals:
@@ -101,12 +103,12 @@ class TestEveryEffect:
     ) -> None:
         """The equation form and the simulation say the same physics: simulate, then split the torque into its parts."""
         model = model_with(effect, signals)
-        _, rate = model.simulate(signals)
+        _, rate = simulated(model, signals)
         assert np.max(np.abs(rate)) < 1.5
         assert np.sqrt(np.mean((rate - signals.rate) ** 2)) > 1e-4
         seen = moved(signals, rate)
         settled = np.concatenate([np.arange(run.start + 100, run.stop - 2) for run in signals.runs()])
-        parts = model.parts(seen)
+        parts = parts_of(model, seen)
         left = (np.sum(list(parts.values()), axis=0) - seen.torque)[settled]
         assert list(parts) == ["declared inertia", "damping", effect.name]
         assert np.sqrt(np.mean(left**2)) < 1.5  # of a command of 95 N m

@@ -8,11 +8,12 @@ import pytest
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.feedforward import Feedforward, Plan, feedforward
 from incsvr.effects import Signals, Term
+from incsvr.model_trace.model import TracedModel
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW
 from incsvr.plant.body import Coupled
 from incsvr.plant.mass_and_coriolis import mass_matrix
-from incsvr.tracing.model import TracedModel
+from incsvr.tracing.of_model import simulated
 
 INERTIA, STEP = 24.0, 0.02
 TIME: Array = STEP * np.arange(2000, dtype=np.float64)
@@ -41,7 +42,7 @@ def driven(found: Feedforward, *terms: Term, **channels: Array) -> Array:
         step=STEP, start=np.array([0, TIME.size], dtype=np.intp), time=TIME, rate=np.zeros(TIME.size), torque=torque,
         heading=np.zeros(TIME.size), channels=channels,
     )  # fmt: skip
-    return model(*terms).simulate(signals)[1]
+    return simulated(model(*terms), signals)[1]
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,11 @@ import pytest
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.freeing import takes_torque as ledger
 from incsvr.effects import Term
+from incsvr.model_trace.model import TracedModel
 from incsvr.numerics import Array
 from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
 from incsvr.signals.samples import Samples
-from incsvr.tracing.model import TracedModel
 from simulator import leng
 from tests.hidden import BIAS, LAG, TRUTH, recording, term, with_channels
 

@@ -13,15 +13,16 @@ from hypothesis import strategies as st
 
 from incsvr.compensation.proof import Proof, errors
 from incsvr.effects import catalogue
+from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
+from incsvr.model_trace.held_out import Errors, is_proven
+from incsvr.model_trace.model import TracedModel
+from incsvr.model_trace.sentences import headline, irrelevance, limits
+from incsvr.model_trace.spells import sentence as of_spells
+from incsvr.model_trace.spells import spans
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.words import words_of
-from incsvr.tracing.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
-from incsvr.tracing.held_out import Errors, is_proven
-from incsvr.tracing.model import TracedModel
-from incsvr.tracing.sentences import headline, irrelevance, limits, sentence
-from incsvr.tracing.spells import sentence as of_spells
-from incsvr.tracing.spells import spans
+from incsvr.tracing.effect_sentences import sentence
 from service.commands.trace import text
 
 MAX_HEADLINE_WORDS = 25

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 from incsvr.effects.effect import Term
-from incsvr.tracing.findings import Finding
-from incsvr.tracing.model import TracedModel
+from incsvr.model_trace.findings import Finding
+from incsvr.model_trace.model import TracedModel
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.export.command import in_format

@@ -15,7 +15,7 @@ import pytest
 
 from incsvr.effects import Term
 from incsvr.errors import BadInput
-from incsvr.tracing.model import TracedModel
+from incsvr.model_trace.model import TracedModel
 from service import wire
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.traced_effects import TracedEffects, effects_from_trace

@@ -15,12 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from incsvr.numerics import Array, robust_deviation
-from incsvr.signals.holding import REPEATED_SHARE
-from incsvr.signals.settings import COMMANDED, TorqueKind
-from incsvr.tracing.run import Run, stream
-from incsvr.tracing.statistics import whitened
-from incsvr.tracing.thresholds import (
+from incsvr.model_trace.run import Run, stream
+from incsvr.model_trace.statistics import whitened
+from incsvr.model_trace.thresholds import (
     GYRO_SIGHT_SAMPLES,
     LOOP_DEVIATIONS,
     MIN_TORQUE_CHANGES,
@@ -29,6 +26,9 @@ from incsvr.tracing.thresholds import (
     SURPRISE_CLIP_DEVIATIONS,
     TORQUE_PAST_CELLS,
 )
+from incsvr.numerics import Array, robust_deviation
+from incsvr.signals.holding import REPEATED_SHARE
+from incsvr.signals.settings import COMMANDED, TorqueKind
 
 
 class Loop(Enum):

@@ -12,8 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.numerics import Array, robust_deviation
-from incsvr.tracing.thresholds import (
+from incsvr.model_trace.thresholds import (
     MAX_NAMED_SPELLS,
     MAX_PERMUTED,
     MIN_LOUDER_DEVIATION,
@@ -23,6 +22,7 @@ from incsvr.tracing.thresholds import (
     SPELL_WINDOW_SCALES,
     STUDENT_DEGREES,
 )
+from incsvr.numerics import Array, robust_deviation
 
 
 def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> NDArray[np.bool_]:
