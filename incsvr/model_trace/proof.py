@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,10 +46,8 @@ def prove(found: Identification, unseen: Judge, fitted: Judge, closed: bool) -> 
     """
     named = {name: unseen.errors(model) for name, model in found.models.items() if name in _judged(found)}
     before, after = named[PLAIN], named[found.best]
-    free = _changes({name: each.free_run for name, each in named.items()} | _simple(before.measured), after.free_run,
-                    INDEPENDENT_BLOCK_SCALES * unseen.scale / unseen.sample)  # fmt: skip
-    torque = _changes({name: each.torque for name, each in named.items()} | _held(found, unseen), after.torque,
-                      INDEPENDENT_BLOCK_SCALES / TORQUE_BLOCK_SCALES)  # fmt: skip
+    inertia = found.model.structure.inertia(found.model.theta, unseen.recordings.axis)
+    changes = compared(named, found.best, unseen, inertia)
     left = np.concatenate(fitted.torque(found.model))
     sizes = {name: each.to_dict()["free_run_rmse"] for name, each in named.items()}
     of_simple = trivial(before.measured)
@@ -60,7 +58,7 @@ def prove(found: Identification, unseen: Judge, fitted: Judge, closed: bool) -> 
     error = {
         "before": before.to_dict(),
         "after": after.to_dict(),
-        "change": {"torque_rmse": torque[PLAIN].to_dict(), "free_run_rmse": free[PLAIN].to_dict()},
+        "change": changes.of(PLAIN),
         "floor": {"torque_rmse": root_mean_square(left)},
         "trivial": {
             **of_simple,
@@ -72,10 +70,8 @@ def prove(found: Identification, unseen: Judge, fitted: Judge, closed: bool) -> 
         "validated_on": "blocks" if unseen.excluded else "recordings",
         "disturbance": disturbance(left, fitted.block, np.concatenate(fitted.efforts())),
     }
-    decisive = torque if closed else free
-    rivals = [change for name, change in decisive.items() if name not in _same(found)]
-    holds = all(change.high < 0.0 for change in rivals)
-    return Proof(error, before, after, holds and has_effects(found))
+    better = changes.all_better(closed, _same(found))
+    return Proof(error, before, after, better and has_effects(found))
 
 
 def has_effects(found: Identification) -> bool:
@@ -99,15 +95,50 @@ def _same(found: Identification) -> set[str]:
     }
 
 
-def _simple(measured: Sequence[Array]) -> dict[str, Sequence[Array]]:
-    """Errors of a velocity of zero, and of the first one kept."""
-    return {"zero": measured, "hold": [piece - piece[0] for piece in measured]}
+@dataclass(frozen=True, slots=True)
+class Changes:
+    """The changes from each rival's errors to a model's, by the rival's name.
+
+    Attributes:
+        free: of free runs [rad/s].
+        torque: of the predicted torque [N m].
+    """
+
+    free: Mapping[str, Change]
+    torque: Mapping[str, Change]
+
+    def all_better(self, closed: bool, same: Collection[str] = ()) -> bool:
+        """Whether the model is better than each rival, but for those that are the same model: what proves it.
+
+        Args:
+            closed: whether the torque answers the rate, so that predictions decide, else free runs.
+        """
+        decisive = self.torque if closed else self.free
+        return all(change.high < 0.0 for name, change in decisive.items() if name not in same)
+
+    def of(self, rival: str) -> dict[str, dict[str, float]]:
+        """The contract's `change`, from one rival."""
+        return {"torque_rmse": self.torque[rival].to_dict(), "free_run_rmse": self.free[rival].to_dict()}
 
 
-def _held(found: Identification, unseen: Judge) -> dict[str, Sequence[Array]]:
-    """The torque by which a velocity that is kept is wrong [N m]."""
-    inertia = found.model.structure.inertia(found.model.theta, unseen.recordings.axis)
-    return {"hold": [inertia * each for each in unseen.torque(None)]}
+def compared(named: Mapping[str, Errors], model: str, unseen: Judge, inertia: float) -> Changes:
+    """The changes to one model from the others, from a velocity of zero, and from the first one kept.
+
+    Args:
+        named: errors of models, on the same data.
+        model: the name of the one.
+        unseen: judges on these data.
+        inertia: of the model [kg m²].
+    """
+    measured, after = named[model].measured, named[model]
+    hold = [inertia * each for each in unseen.torque(None)]
+    free = {name: each.free_run for name, each in named.items()}
+    free |= {"zero": measured, "hold": tuple(piece - piece[0] for piece in measured)}
+    torque = {name: each.torque for name, each in named.items()} | {"hold": tuple(hold)}
+    return Changes(
+        _changes(free, after.free_run, INDEPENDENT_BLOCK_SCALES * unseen.scale / unseen.sample),
+        _changes(torque, after.torque, INDEPENDENT_BLOCK_SCALES / TORQUE_BLOCK_SCALES),
+    )
 
 
 def _changes(rivals: Mapping[str, Sequence[Array]], after: Sequence[Array], length: float) -> dict[str, Change]:

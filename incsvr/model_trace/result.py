@@ -26,6 +26,7 @@ from incsvr.model_trace.channels import usable_channels
 from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace
 from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
+from incsvr.model_trace.model import TracedModel
 from incsvr.model_trace.parameters import has_size, parameters_of
 from incsvr.model_trace.proof import PLAIN, Proof, has_effects, prove
 from incsvr.model_trace.recordings import Recordings, recordings_of
@@ -127,8 +128,9 @@ def _result(
     loud = _spells(found.found.fit, recordings, fitted.scale)
     plain, model = found.models[PLAIN], found.model
     floor = float(proof.error["floor"]["torque_rmse"])
-    named = [each.name for each in found.found.added] if has_effects(found) else []
+    named = {each.name: tuple(each.candidate.start) for each in found.found.added} if has_effects(found) else {}
     size = (recordings.begin, floor, fitted.block, fitted.scale)
+    traced = traced_model(model, named, inertia, *size)
     return Trace(
         inertia=inertia,
         verdict="effects" if effects else "unexplained" if loud or not sought else "none",
@@ -149,9 +151,9 @@ def _result(
         one_clock=recordings.one_clock,
         sought=sought,
         axis=axis,
-        declared_model=traced_model(plain, (), inertia, *size),
-        model=traced_model(model, named, inertia, *size),
-        pictures=_pictures(proof, fitted, plain, model, inertia),
+        declared_model=traced_model(plain, {}, inertia, *size),
+        model=traced,
+        pictures=_pictures(proof, fitted, plain, model, traced),
     )
 
 
@@ -308,11 +310,11 @@ def _spells(predictor: Fit, recordings: Recordings, scale: float) -> tuple[tuple
     return spells.spans(stamps, loud, step)
 
 
-def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, inertia: float) -> Pictures:
+def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, traced: TracedModel) -> Pictures:
     """What a report draws."""
     windows = fitted.blocks
     last, _ = ends(windows)
-    stamps, ledger = ledger_of(model, inertia)
+    stamps, ledger = ledger_of(model, traced)
     middle = times(windows)[last] - 0.5 * fitted.block
     depends = {"time": middle} | {name: _means(fitted, name, middle) for name in _drawn(fitted)}
     return Pictures(
