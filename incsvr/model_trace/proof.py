@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from incsvr.model.fitting import Fit
 from incsvr.model.identification import Identification
 from incsvr.model_trace.disturbance import disturbance
-from incsvr.model_trace.held_out import Errors, horizons, trivial
-from incsvr.model_trace.statistics import Change, change_of_rms
+from incsvr.model_trace.held_out import Errors, beats_zero, horizons, trivial
+from incsvr.model_trace.statistics import Change, change_of_rms, rms
 from incsvr.model_trace.thresholds import INDEPENDENT_BLOCK_SCALES, TORQUE_BLOCK_SCALES
 from incsvr.model_trace.unseen import Judge
 from incsvr.numerics import Array, root_mean_square
 
-PLAIN, OUTPUT_ERROR = "plain", "plain, free inertia"
-"""Names of the engine's models: the declared one with learned damping, and the same with a free inertia."""
+PLAIN, EFFECTS, OUTPUT_ERROR = "plain", "effects", "plain, free inertia"
+"""Names of the engine's models: the declared one with learned damping, with effects, and with a free inertia alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +28,7 @@ class Proof:
     Attributes:
         error: the contract's.
         before, after: errors of the declared model, and of the best simulator.
-        proven: whether the model with all effects is better than each rival, each interval below zero.
+        proven: whether the model with the effects is better than each rival, each interval below zero.
     """
 
     error: dict[str, Any]
@@ -36,67 +37,52 @@ class Proof:
     proven: bool
 
 
-def prove(found: Identification, unseen: Judge, fitted: Judge, closed: bool) -> Proof:
+def prove(found: Identification, best: str, unseen: Judge, fitted: Judge, closed: bool) -> Proof:
     """The errors of the models on unseen data.
 
     Args:
+        best: name of the model with the effects.
         unseen: judges by recordings, or by folds, that the fits did not use.
         fitted: judges by the whole fits on the recordings that they used.
-        closed: whether the torque answers the rate, so that predictions decide.
+        closed: whether the torque answers the rate, so that predictions of the next sample decide.
     """
-    named = {name: unseen.errors(model) for name, model in found.models.items() if name in _judged(found)}
-    before, after = named[PLAIN], named[found.best]
-    free = _changes({name: each.free_run for name, each in named.items()} | _simple(before.measured), after.free_run,
-                    INDEPENDENT_BLOCK_SCALES * unseen.scale / unseen.sample)  # fmt: skip
-    torque = _changes({name: each.torque for name, each in named.items()} | _held(found, unseen), after.torque,
-                      INDEPENDENT_BLOCK_SCALES / TORQUE_BLOCK_SCALES)  # fmt: skip
-    left = np.concatenate(fitted.torque(found.model))
-    sizes = {name: each.to_dict()["free_run_rmse"] for name, each in named.items()}
+    model, plain = found.models[best], found.models[PLAIN]
+    before = unseen.errors(plain)
+    after = before if best == PLAIN else unseen.errors(model)
+    alone = OUTPUT_ERROR if OUTPUT_ERROR in found.models else PLAIN  # the plain model reads no other velocity
+    of_alone = (
+        {PLAIN: before, best: after}[alone].free_run if alone in (PLAIN, best) else unseen.free_run(found.models[alone])
+    )
+    rivals = {"before": before.free_run, "output_error": of_alone, **_simple(before.measured)}
+    free = _changes(rivals, after.free_run, INDEPENDENT_BLOCK_SCALES * unseen.scale / unseen.sample)
+    left = np.concatenate(fitted.torque(model))
+    floor = root_mean_square(left)
+    if closed:
+        better = found.found.fit if best != PLAIN else found.base
+        before = replace(before, torque=unseen.next_samples(found.base))
+        after = before if best == PLAIN else replace(after, torque=unseen.next_samples(better))
+        floor = root_mean_square(np.concatenate(fitted.next_samples(better)))
+    kept = {"hold": unseen.next_samples(found.base, keeps=True) if closed else _held(model, unseen)}
+    torque = _changes({"before": before.torque, **kept}, after.torque, INDEPENDENT_BLOCK_SCALES / TORQUE_BLOCK_SCALES)
     of_simple = trivial(before.measured)
-    alone = OUTPUT_ERROR if OUTPUT_ERROR in named else PLAIN  # of one axis the plain model reads no other velocity
-    every = {name: each["free_run_rmse"] for name, each in of_simple.items()}
-    every |= {"output_error": sizes[alone], "before": sizes[PLAIN], "after": sizes[found.best]}
-    best = min(every, key=lambda name: (every[name], name != "after"))
+    sizes = {name: rms(errors) for name, errors in rivals.items()} | {"after": rms(after.free_run)}
+    first = min(sizes, key=lambda name: (sizes[name], name != "after"))
+    beside = {"free_run_rmse": sizes["output_error"]}
     error = {
         "before": before.to_dict(),
         "after": after.to_dict(),
-        "change": {"torque_rmse": torque[PLAIN].to_dict(), "free_run_rmse": free[PLAIN].to_dict()},
-        "floor": {"torque_rmse": root_mean_square(left)},
-        "trivial": {
-            **of_simple,
-            "output_error": {"free_run_rmse": sizes[alone]},
-            "axis_alone": {"free_run_rmse": sizes[alone]},
-        },
-        "best": {"name": best, "free_run_rmse": every[best]},
+        "change": {"torque_rmse": torque["before"].to_dict(), "free_run_rmse": free["before"].to_dict()},
+        "floor": {"torque_rmse": floor},
+        "trivial": {**of_simple, "output_error": beside, "axis_alone": beside},
+        "best": {"name": first, "free_run_rmse": sizes[first]},
         "horizons": horizons(before.ahead, after.ahead),
         "validated_on": "blocks" if unseen.excluded else "recordings",
         "disturbance": disturbance(left, fitted.block, np.concatenate(fitted.efforts())),
     }
-    decisive = torque if closed else free
-    rivals = [change for name, change in decisive.items() if name not in _same(found)]
-    holds = all(change.high < 0.0 for change in rivals)
-    return Proof(error, before, after, holds and has_effects(found))
-
-
-def has_effects(found: Identification) -> bool:
-    """Whether the best simulator has every effect that was added, and any was."""
-    keys = {key for each in found.found.added for key in each.candidate.start}
-    inertia_alone = all(key.startswith("mass:") for key in keys) and keys <= set(found.model.names)
-    return bool(keys) and (found.best.startswith("effects") or inertia_alone)
-
-
-def _judged(found: Identification) -> set[str]:
-    return {PLAIN, OUTPUT_ERROR, found.best}
-
-
-def _same(found: Identification) -> set[str]:
-    """Names of models that are the best one itself: where the inertia alone was added, output error is the model."""
-    own = found.model
-    return {
-        name
-        for name, each in found.models.items()
-        if set(each.names) == set(own.names) and each.structure.shift_priors == own.structure.shift_priors
-    }
+    if best == OUTPUT_ERROR:  # it is the model itself
+        del free["output_error"]
+    holds = all(change.high < 0.0 for change in (torque if closed else free).values())
+    return Proof(error, before, after, holds and best != PLAIN and beats_zero(error))
 
 
 def _simple(measured: Sequence[Array]) -> dict[str, Sequence[Array]]:
@@ -104,10 +90,10 @@ def _simple(measured: Sequence[Array]) -> dict[str, Sequence[Array]]:
     return {"zero": measured, "hold": [piece - piece[0] for piece in measured]}
 
 
-def _held(found: Identification, unseen: Judge) -> dict[str, Sequence[Array]]:
+def _held(model: Fit, unseen: Judge) -> list[Array]:
     """The torque by which a velocity that is kept is wrong [N m]."""
-    inertia = found.model.structure.inertia(found.model.theta, unseen.recordings.axis)
-    return {"hold": [inertia * each for each in unseen.torque(None)]}
+    inertia = model.structure.inertia(model.theta, unseen.recordings.axis)
+    return [inertia * each for each in unseen.torque(None)]
 
 
 def _changes(rivals: Mapping[str, Sequence[Array]], after: Sequence[Array], length: float) -> dict[str, Change]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from incsvr.model_trace.thresholds import WHITENING_LAGS
 from incsvr.numerics import Array
@@ -54,7 +54,7 @@ def p_value(gain: float, freedom: int, looks: float) -> float:
     The likelihood is that of whitened residuals, so that autocorrelation up to AR(3) is in it; S. S. Wilks, Ann. Math.
     Stat. 9 (1938).
     """
-    return float(min(1.0, looks * chi2.sf(max(gain, 0.0), freedom)))
+    return float(min(1.0, looks * chdtrc(max(freedom, 1), max(gain, 0.0))))
 
 
 def change_of_rms(before: Sequence[Array], after: Sequence[Array], length: int, seed: int = 0) -> Change:

@@ -76,6 +76,7 @@ class Word:
         unsure: half widths of 95 % of parameters that are chosen and not fitted, from all parameters and their half
             widths.
         ties: names of what no recording distinguishes from it.
+        apart: what does.
     """
 
     effect: str
@@ -85,6 +86,7 @@ class Word:
     shown_by: str
     unsure: Unsure = field(default=_nothing)
     ties: tuple[str, ...] = ()
+    apart: str = "measure one of the two by other means (a bollard pull, a pendulum test)"
 
 
 def here(found: Fit, name: str, inertia: float, begin: float, instants: int = 20) -> Here:
@@ -244,6 +246,10 @@ def _thrust_modulation(theta: Theta, here: Here) -> Values:
     return {"coefficient": -theta[f"{name}@{here.axis}"], "reference": here.width(name)}
 
 
+def _gyro_bias(theta: Theta, here: Here) -> Values:
+    return {"rate_rad_s": -0.5 * theta[f"gyro_bias@{here.axis}"] / max(theta[f"quadratic@{here.axis}"], 1e-300)}
+
+
 def _coriolis(theta: Theta, here: Here) -> Values:
     coefficient = theta[f"coriolis:{here.of}@{here.axis}"]
     return {"coefficient": coefficient, "ratio": coefficient / here.inertia}
@@ -271,7 +277,7 @@ WORDS: dict[str, Word] = {
     "lag": Word(
         "torque_lag", _THRUST, _stage("time_constant_s", "lag"),
         "the thrust follows the command with first-order rotor dynamics of time constant T",
-        "sudden changes of the command",
+        "sudden changes of the command", ties=("gyro_lag",), apart="log the gyro raw, without its filter",
     ),
     "delay": Word(
         "torque_delay", _THRUST, _delay,
@@ -306,6 +312,11 @@ WORDS: dict[str, Word] = {
         "heading_current", _HEADING, _heading,
         "a {moment} that depends on heading: a current's drag (once a turn) or its Munk moment (twice a turn)",
         "motion through many headings, best in full turns, with a measured heading",
+    ),
+    "gyro_bias": Word(
+        "gyro_bias", _MOTION, _gyro_bias,
+        "the gyro's zero is off: it shows a constant rate where the vehicle does not turn, and no {moment} acts",
+        "fast and slow motion, and a measured heading: without one it looks like a constant {moment}",
     ),
     "tether": Word(
         "tether", _HEADING, _tether,

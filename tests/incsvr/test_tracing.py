@@ -15,9 +15,9 @@ from scipy.ndimage import gaussian_filter1d
 from incsvr.errors import BadInput
 from incsvr.model_trace.findings import Trace
 from incsvr.model_trace.model import TracedModel
+from incsvr.model_trace.result import trace, trace_if_found
 from incsvr.model_trace.run import Run
 from incsvr.model_trace.sentences import headline
-from incsvr.tracing import trace, trace_if_found
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import read
 from simulator.mission import Mission
