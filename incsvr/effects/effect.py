@@ -9,15 +9,25 @@ damping (`factor`), or takes a moment (`columns`, the moment for each coefficien
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from incsvr.effects.signals import Signals
-from incsvr.model_trace.model import Term
 from incsvr.numerics import Array
 
 __all__ = ["Effect", "Term", "stack"]
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """An effect as it is in a model of the catalogue."""
+
+    effect: str
+    variant: str
+    coefficients: tuple[float, ...]
+    inner: tuple[float, ...] = ()
 
 
 class Effect:

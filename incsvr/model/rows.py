@@ -24,16 +24,19 @@ class Factor:
     Attributes:
         kind: one (1), value (x), size (|x|), square (x²), root (√|x|), sign (tanh(x / width)), sine, cosine, sine2 and
             cosine2 (of the double angle), wave and wave_later (sine and cosine of width times x), drag (x |x|), about
-            (x − width), raised (|x| + width), bend (the part of x beyond ± width), after (0 before `width`, then 1), or
-            a part of the downward direction in the body's frame: down_x, down_y, down_z, from roll and pitch (Fossen
-            2011, Eq. 2.18).
+            (x − width), raised (|x| + width), bend (the part of x beyond ± width), after (0 before `width`, then 1),
+            curve (by its table), or a part of the downward direction in the body's frame: down_x, down_y, down_z, from
+            roll and pitch (Fossen 2011, Eq. 2.18).
         of: the signal's name: a velocity, an effort that acts, a channel, an angle, or a row's memory.
-        width: of a sign, a mean, or the instant of a step [unit of the signal]; the frequency of a wave [rad/s].
+        width: of a sign, a mean, a cell of a table, or the instant of a step [unit of the signal]; the frequency of a
+            wave [rad/s].
+        table: of a curve: its values `width` apart, the middle one at zero.
     """
 
     kind: str
     of: str = ""
     width: float = 0.0
+    table: tuple[float, ...] = ()
 
 
 ONE = Factor("one")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from incsvr.model.fitting import Fit
 from incsvr.model.identification import Identification
 from incsvr.model_trace.disturbance import disturbance
 from incsvr.model_trace.held_out import Errors, beats_zero, horizons, trivial
@@ -47,53 +46,90 @@ def prove(found: Identification, best: str, unseen: Judge, fitted: Judge, closed
         closed: whether the torque answers the rate, so that predictions of the next sample decide.
     """
     model, plain = found.models[best], found.models[PLAIN]
-    before = unseen.errors(plain)
-    after = before if best == PLAIN else unseen.errors(model)
     alone = OUTPUT_ERROR if OUTPUT_ERROR in found.models else PLAIN  # the plain model reads no other velocity
-    of_alone = (
-        {PLAIN: before, best: after}[alone].free_run if alone in (PLAIN, best) else unseen.free_run(found.models[alone])
-    )
-    rivals = {"before": before.free_run, "output_error": of_alone, **_simple(before.measured)}
-    free = _changes(rivals, after.free_run, INDEPENDENT_BLOCK_SCALES * unseen.scale / unseen.sample)
+    named = {PLAIN: unseen.errors(plain)}
+    for name in {alone, best} - {PLAIN}:
+        named[name] = unseen.errors(found.models[name], free_runs_alone=name != best)
+    hold = held(unseen, model.structure.inertia(model.theta, unseen.recordings.axis))
     left = np.concatenate(fitted.torque(model))
     floor = root_mean_square(left)
     if closed:
-        better = found.found.fit if best != PLAIN else found.base
-        before = replace(before, torque=unseen.next_samples(found.base))
-        after = before if best == PLAIN else replace(after, torque=unseen.next_samples(better))
-        floor = root_mean_square(np.concatenate(fitted.next_samples(better)))
-    kept = {"hold": unseen.next_samples(found.base, keeps=True) if closed else _held(model, unseen)}
-    torque = _changes({"before": before.torque, **kept}, after.torque, INDEPENDENT_BLOCK_SCALES / TORQUE_BLOCK_SCALES)
+        better = {PLAIN: found.base, best: found.found.fit if best != PLAIN else found.base}
+        for name, predictor in better.items():
+            named[name] = replace(named[name], torque=unseen.next_samples(predictor))
+        floor = root_mean_square(np.concatenate(fitted.next_samples(better[best])))
+        hold = unseen.next_samples(found.base, keeps=True)
+    before, after = named[PLAIN], named[best]
+    changes = compared(named, best, unseen, hold)
+    sizes = {name: rms(each.free_run) for name, each in named.items()}
     of_simple = trivial(before.measured)
-    sizes = {name: rms(errors) for name, errors in rivals.items()} | {"after": rms(after.free_run)}
-    first = min(sizes, key=lambda name: (sizes[name], name != "after"))
-    beside = {"free_run_rmse": sizes["output_error"]}
+    every = {name: each["free_run_rmse"] for name, each in of_simple.items()}
+    every |= {"output_error": sizes[alone], "before": sizes[PLAIN], "after": sizes[best]}
+    first = min(every, key=lambda name: (every[name], name != "after"))
+    beside = {"free_run_rmse": sizes[alone]}
     error = {
         "before": before.to_dict(),
         "after": after.to_dict(),
-        "change": {"torque_rmse": torque["before"].to_dict(), "free_run_rmse": free["before"].to_dict()},
+        "change": changes.of(PLAIN),
         "floor": {"torque_rmse": floor},
         "trivial": {**of_simple, "output_error": beside, "axis_alone": beside},
-        "best": {"name": first, "free_run_rmse": sizes[first]},
+        "best": {"name": first, "free_run_rmse": every[first]},
         "horizons": horizons(before.ahead, after.ahead),
         "validated_on": "blocks" if unseen.excluded else "recordings",
         "disturbance": disturbance(left, fitted.block, np.concatenate(fitted.efforts())),
     }
-    if best == OUTPUT_ERROR:  # it is the model itself
-        del free["output_error"]
-    holds = all(change.high < 0.0 for change in (torque if closed else free).values())
-    return Proof(error, before, after, holds and best != PLAIN and beats_zero(error))
+    proven = best != PLAIN and changes.all_better(closed, {best}) and beats_zero(error)
+    return Proof(error, before, after, proven)
 
 
-def _simple(measured: Sequence[Array]) -> dict[str, Sequence[Array]]:
-    """Errors of a velocity of zero, and of the first one kept."""
-    return {"zero": measured, "hold": [piece - piece[0] for piece in measured]}
+@dataclass(frozen=True, slots=True)
+class Changes:
+    """The changes from each rival's errors to a model's, by the rival's name.
+
+    Attributes:
+        free: of free runs [rad/s].
+        torque: of the predicted torque [N m].
+    """
+
+    free: Mapping[str, Change]
+    torque: Mapping[str, Change]
+
+    def all_better(self, closed: bool, same: Collection[str] = ()) -> bool:
+        """Whether the model is better than each rival, but for those that are the same model: what proves it.
+
+        Args:
+            closed: whether the torque answers the rate, so that predictions decide, else free runs.
+        """
+        decisive = self.torque if closed else self.free
+        return all(change.high < 0.0 for name, change in decisive.items() if name not in same)
+
+    def of(self, rival: str) -> dict[str, dict[str, float]]:
+        """The contract's `change`, from one rival."""
+        return {"torque_rmse": self.torque[rival].to_dict(), "free_run_rmse": self.free[rival].to_dict()}
 
 
-def _held(model: Fit, unseen: Judge) -> list[Array]:
-    """The torque by which a velocity that is kept is wrong [N m]."""
-    inertia = model.structure.inertia(model.theta, unseen.recordings.axis)
-    return [inertia * each for each in unseen.torque(None)]
+def compared(named: Mapping[str, Errors], model: str, unseen: Judge, hold: Sequence[Array]) -> Changes:
+    """The changes to one model from the others, from a velocity of zero, and from the first one kept.
+
+    Args:
+        named: errors of models, on the same data; of some the free runs alone.
+        model: the name of the one.
+        unseen: judges on these data.
+        hold: the errors of the torque where the velocity stays as it is [N m].
+    """
+    measured, after = named[model].measured, named[model]
+    free = {name: each.free_run for name, each in named.items()}
+    free |= {"zero": measured, "hold": tuple(piece - piece[0] for piece in measured)}
+    torque = {name: each.torque for name, each in named.items() if each.torque} | {"hold": tuple(hold)}
+    return Changes(
+        _changes(free, after.free_run, INDEPENDENT_BLOCK_SCALES * unseen.scale / unseen.sample),
+        _changes(torque, after.torque, INDEPENDENT_BLOCK_SCALES / TORQUE_BLOCK_SCALES),
+    )
+
+
+def held(unseen: Judge, inertia: float) -> tuple[Array, ...]:
+    """The torque by which a velocity that is kept over a block is wrong [N m]; of an inertia [kg m²]."""
+    return tuple(inertia * each for each in unseen.torque(None))
 
 
 def _changes(rivals: Mapping[str, Sequence[Array]], after: Sequence[Array], length: float) -> dict[str, Change]:

@@ -22,6 +22,7 @@ from incsvr.model_trace.channels import usable_channels
 from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
 from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
+from incsvr.model_trace.model import TracedModel
 from incsvr.model_trace.parameters import has_size, parameters_of
 from incsvr.model_trace.proof import EFFECTS, PLAIN, Proof, prove
 from incsvr.model_trace.recordings import Recordings, recordings_of
@@ -161,8 +162,9 @@ def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, 
     proof = prove(found, best, traced.unseen, fitted, traced.closed)
     plain, model = found.models[PLAIN], found.models[best]
     floor = float(proof.error["floor"]["torque_rmse"])
-    named = [each.name for each in found.found.added] if best.startswith(EFFECTS) else []
+    named = {each.name: tuple(each.candidate.start) for each in found.found.added} if best.startswith(EFFECTS) else {}
     size = (recordings.begin, floor, fitted.block, fitted.scale)
+    as_value = traced_model(model, named, inertia, *size)
     unnamed = unexplained or loud or not sought
     return Trace(
         inertia=inertia,
@@ -185,9 +187,9 @@ def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, 
         one_clock=recordings.one_clock,
         sought=sought,
         axis=of_rate(recordings.axis),
-        declared_model=traced_model(plain, (), inertia, *size),
-        model=traced_model(model, named, inertia, *size),
-        pictures=_pictures(proof, fitted, plain, model, inertia),
+        declared_model=traced_model(plain, {}, inertia, *size),
+        model=as_value,
+        pictures=_pictures(proof, fitted, plain, model, as_value),
     )
 
 
@@ -364,11 +366,11 @@ def _spells(predictor: Fit, recordings: Recordings, scale: float) -> tuple[tuple
     return spells.spans(stamps, loud, step)
 
 
-def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, inertia: float) -> Pictures:
+def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, traced: TracedModel) -> Pictures:
     """What a report draws."""
     windows = fitted.blocks
     last, _ = ends(windows)
-    stamps, ledger = ledger_of(model, inertia)
+    stamps, ledger = ledger_of(model, traced)
     middle = times(windows)[last] - 0.5 * fitted.block
     depends = {"time": middle} | {name: _means(fitted, name, middle) for name in _drawn(fitted)}
     return Pictures(

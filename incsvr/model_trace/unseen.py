@@ -69,21 +69,16 @@ class Judge:
     def _cut(self, horizon: float) -> Windows:
         return cut(self.recordings.streams, replace(self.structure, predictor=False), self.step, horizon)
 
-    def errors(self, model: Fit) -> Errors:
+    def errors(self, model: Fit, free_runs_alone: bool = False) -> Errors:
         """The errors of a model."""
         whole, stamps = self.whole, times(self.whole)
         return Errors(
             tuple(stamps[part] for part in self._parts),
             tuple(whole.measured[part] for part in self._parts),
             self._free_runs(model),
-            self.torque(model),
-            tuple(self._ahead(model, windows) for windows in self.ahead),
+            () if free_runs_alone else self.torque(model),
+            () if free_runs_alone else tuple(self._ahead(model, windows) for windows in self.ahead),
         )
-
-    def free_run(self, model: Fit) -> tuple[Array, ...]:
-        """The errors of its free runs alone."""
-        measured = (self.whole.measured[part] for part in self._parts)
-        return tuple(free - own for free, own in zip(self._free_runs(model), measured, strict=True))
 
     @cached_property
     def _parts(self) -> list[slice]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from incsvr.effects import Effect, Signals, catalogue
+from incsvr.effects import Effect, Signals, Term, catalogue
 from incsvr.effects.even_table import EvenTable
 from incsvr.model_trace.model import TABLE_RATES, TracedModel
 from incsvr.model_trace.thresholds import TABLED_RATE_QUANTILES
@@ -19,25 +19,33 @@ from incsvr.tracing.fit import Fit
 from incsvr.tracing.hypothesis import Part
 
 
-def effects_of(model: TracedModel) -> tuple[Effect, ...]:
+@dataclass(frozen=True, slots=True)
+class TermModel(TracedModel):
+    """A traced model with the catalogue's terms in place of the engine's effects."""
+
+    terms: tuple[Term, ...] = ()
+    offset: float = 0.0
+
+
+def effects_of(model: TermModel) -> tuple[Effect, ...]:
     """The catalogue's effects of the terms, in their order."""
     channels = {term.effect.split(":", 1)[1] for term in model.terms if ":" in term.effect}
     known = catalogue(sorted(channels))
     return tuple(known[f"{t.effect}/{t.variant}" if t.variant else t.effect] for t in model.terms)
 
 
-def drag_of(model: TracedModel) -> EvenTable:
+def drag_of(model: TermModel) -> EvenTable:
     """d [N m] over all rates of a free run [rad/s]."""
     return drag_table(model.damping_at, MAX_RATE_FACTOR * float(np.max(np.abs(model.rate))))
 
 
-def motion_of(model: TracedModel) -> MotionModel:
+def motion_of(model: TermModel) -> MotionModel:
     """The model as a simulation needs it."""
     parts = tuple(Part(*pair) for pair in zip(effects_of(model), model.terms, strict=True))
     return MotionModel(drag_of(model), model.inertia, parts, model.offset)
 
 
-def parts_of(model: TracedModel, signals: Signals) -> dict[str, Array]:
+def parts_of(model: TermModel, signals: Signals) -> dict[str, Array]:
     """The torque ledger: what each part takes of the torque, (n,) each [N m].
 
     `declared inertia` and `damping` first, then each effect under its name; `signals.acceleration` and
@@ -65,7 +73,7 @@ def parts_of(model: TracedModel, signals: Signals) -> dict[str, Array]:
     return {name: parts[name] for name in ("declared inertia", "damping", *(term.effect for term in model.terms))}
 
 
-def simulated(model: TracedModel, signals: Signals, spans: Sequence[slice] | None = None) -> tuple[Array, Array]:
+def simulated(model: TermModel, signals: Signals, spans: Sequence[slice] | None = None) -> tuple[Array, Array]:
     """Free runs side by side on a grid whose torque holds from each point to the next.
 
     Args:
@@ -83,7 +91,7 @@ def simulated(model: TracedModel, signals: Signals, spans: Sequence[slice] | Non
     return index, np.concatenate([course.rate[: s.stop - s.start, k] for k, s in enumerate(spans)])
 
 
-def model_of(problem: Problem, fitted: Fit, sigma: float) -> TracedModel:
+def model_of(problem: Problem, fitted: Fit, sigma: float) -> TermModel:
     """A fitted hypothesis as a model; `sigma` is the deviation of a block residual [N m]."""
     s, hypothesis = problem.cells.signals, fitted.hypothesis
     low, high = (float(q) for q in np.quantile(s.rate, TABLED_RATE_QUANTILES))
@@ -91,4 +99,6 @@ def model_of(problem: Problem, fitted: Fit, sigma: float) -> TracedModel:
     rate = np.unique(np.concatenate(sides))
     damping = np.asarray(hypothesis.damping @ hypothesis.basis.columns(rate))
     terms = tuple(part.term for part in hypothesis.parts)
-    return TracedModel(s.inertia, rate, damping, terms, sigma, s.block, s.scale, s.origin, hypothesis.offset)
+    return TermModel(
+        s.inertia, rate, damping, (), sigma, s.block, s.scale, s.origin, terms=terms, offset=hypothesis.offset
+    )

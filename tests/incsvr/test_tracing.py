@@ -104,7 +104,7 @@ def test_the_model_with_effects_is_one_value() -> None:
     found = traced("torque_lag")
     again = TracedModel.from_dict(json.loads(json.dumps(found.model.to_dict())))
     np.testing.assert_array_equal(again.damping, found.model.damping)
-    assert again.terms == found.model.terms
+    assert again.effects == found.model.effects
     parts = found.pictures.ledger
     assert list(parts) == ["declared inertia", "damping", "torque_lag"]
     assert all(part.shape == found.pictures.ledger_time.shape for part in parts.values())

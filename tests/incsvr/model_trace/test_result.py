@@ -62,7 +62,7 @@ def test_the_result_has_the_contracts_form(trimmed: Trace) -> None:
     assert set(error["horizons"]) == {"0.5", "1", "2", "5"}
     assert [each["p_value"] for each in found["rejected"]] == sorted(each["p_value"] for each in found["rejected"])
     assert "bias_torque" not in {each["effect"] for each in found["rejected"]}
-    assert found["model"]["terms"][0]["effect"] == "bias_torque"
+    assert found["model"]["effects"][0]["effect"] == "bias_torque"
 
 
 def test_the_ledgers_parts_are_the_torque(trimmed: Trace) -> None:
@@ -70,7 +70,7 @@ def test_the_ledgers_parts_are_the_torque(trimmed: Trace) -> None:
     assert set(parts) == {"declared inertia", "damping", "bias_torque"}
     torque = np.sum(list(parts.values()), axis=0)
     assert np.quantile(np.abs(torque), 0.9) == pytest.approx(10.5, rel=0.2)  # of a command of up to 12 N m either way
-    assert parts["bias_torque"] == pytest.approx(-trimmed.model.terms[0].coefficients[0])
+    assert parts["bias_torque"] == pytest.approx(trimmed.model.theta["bias_torque@yaw_rate"])
 
 
 def test_a_vehicle_that_hardly_moves_is_refused() -> None:
@@ -85,9 +85,9 @@ def test_the_text_names_the_effect_with_its_unit(trimmed: Trace) -> None:
     assert "N m. It accounts for 100 % of the better fit." in text(trimmed)
 
 
-def test_the_model_that_live_reads_has_the_engines_damping_and_terms(trimmed: Trace) -> None:
-    (term,) = trimmed.model.terms
-    assert term.coefficients[0] == pytest.approx(trimmed.effects[0].parameters["moment_nm"], rel=0.05)
+def test_the_model_that_live_reads_has_the_engines_damping_and_effects(trimmed: Trace) -> None:
+    moment = -trimmed.model.theta["bias_torque@yaw_rate"]
+    assert moment == pytest.approx(trimmed.effects[0].parameters["moment_nm"], rel=0.05)
     at = np.array([0.2, 0.4])
     assert trimmed.model.damping_at(at) == pytest.approx(9.0 * at + 26.0 * at**2, rel=0.1)
 
