@@ -36,8 +36,9 @@ def ledger_of(model: Fit, traced: TracedModel) -> tuple[Array, dict[str, Array]]
         return windows.effort(axis, way, replace(stage, shift=stage.shift + aligned))
 
     found = {"declared inertia": traced.inertia * course.slopes[:, 0], "damping": damping_of(model, signals[axis])}
-    if f"mass:{axis}" in traced.theta:
-        found["inertia"] = (traced.whole_inertia - traced.inertia) * course.slopes[:, 0]
+    more = structure.inertia(model.theta, axis) - traced.inertia
+    if abs(more) > 1e-9 * traced.inertia:
+        found["inertia"] = more * course.slopes[:, 0]
     if effort_of(axis) in windows.runs[0]:
         found |= parts(traced.effects, axis, signals, effort)
     order = np.argsort(stamps[inside], kind="stable")
