@@ -18,6 +18,7 @@ from incsvr.model.scales import motion_scale
 from incsvr.model.search import Added
 from incsvr.model.series import effort_of, period, values
 from incsvr.model_trace import spells
+from incsvr.model_trace.answering import Loop, standing_time
 from incsvr.model_trace.channels import usable_channels
 from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
 from incsvr.model_trace.ledger import ledger_of
@@ -33,7 +34,6 @@ from incsvr.model_trace.sentences import AHEAD, LABELS, of_loop, of_share
 from incsvr.model_trace.statistics import p_value
 from incsvr.model_trace.thinning import thinned
 from incsvr.model_trace.thresholds import MAX_REJECTED, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
-from incsvr.model_trace.torque_nature import Loop, standing_time
 from incsvr.model_trace.traced_model import traced_model
 from incsvr.model_trace.unseen import Judge, ends, judge, times
 from incsvr.model_trace.vocabulary import contract_name, streams, word_of
@@ -152,7 +152,7 @@ def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, 
     sought = traced.loop is not Loop.OTHER_GYRO
     added = _findings(traced) if sought else []
     effects = [each for each in added if has_size(each.interval, inertia, traced.sample)]
-    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE) for each in added if each not in effects]
+    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for each in added if each not in effects]
     best, more = _best(traced, bool(effects))
     effects += more
     complete, unexplained = found.found.fit, tuple[UnexplainedChannel, ...]()
@@ -330,7 +330,7 @@ def _rejected(traced: Traced) -> list[RejectedEffect]:
     for key, why in found.found.refused.items():
         name = contract_name(key)
         if name not in named:
-            result[name] = RejectedEffect(name, 1.0, why)
+            result[name] = RejectedEffect(name, 1.0, why, refused=True)
     return sorted(result.values(), key=lambda each: each.p_value)[:MAX_REJECTED]
 
 

@@ -28,15 +28,13 @@ class Change:
         return {"estimate": self.estimate, "low": self.low, "high": self.high}
 
 
-def whitened(values: Array, starts: NDArray[np.intp], by: Array | None = None) -> Array:
+def whitened(values: Array, starts: NDArray[np.intp]) -> Array:
     """(n,) values less what their own past tells; zero at the beginning of pieces, where there is none.
 
     Args:
         values: (n,) of cells.
         starts: (pieces + 1,) first cell of each piece, and the end.
-        by: (n,) whose autoregression whitens them, in place of their own.
     """
-    by = values if by is None else by
 
     def past(of: Array) -> Array:
         return np.stack([np.roll(of, k) for k in range(1, WHITENING_LAGS + 1)], axis=1)
@@ -44,7 +42,7 @@ def whitened(values: Array, starts: NDArray[np.intp], by: Array | None = None) -
     usable = np.ones(values.size, dtype=bool)
     for k in range(WHITENING_LAGS):
         usable[np.minimum(starts[:-1] + k, values.size - 1)] = False
-    theta = np.linalg.lstsq(past(by)[usable], by[usable])[0]
+    theta = np.linalg.lstsq(past(values)[usable], values[usable])[0]
     return np.where(usable, values - past(values) @ theta, 0.0)
 
 
