@@ -17,7 +17,7 @@ from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.identification import plain_fit, structure_of
 from incsvr.model.series import effort_of
 from incsvr.model.windows import cut
-from incsvr.model_trace.proof import OUTPUT_ERROR, PLAIN, compared
+from incsvr.model_trace.proof import EFFECTS, OUTPUT_ERROR, PLAIN, compared, held
 from incsvr.model_trace.recordings import Recordings, recordings_of
 from incsvr.model_trace.run import Run
 from incsvr.model_trace.unseen import judge
@@ -29,8 +29,6 @@ MIN_SAMPLES_BEFORE = 100
 """Samples of the yaw rate before the fresh data: below it no damping is determined."""
 MIN_TURN_SHARE = 0.2
 """Part of how much it turned before by which a vehicle turns at least that tells anything of its effects."""
-EFFECTS = "effects"
-"""The name of the model that is judged."""
 
 
 def compare_on_fresh_data(
@@ -67,7 +65,7 @@ def compare_on_fresh_data(
         for name, (model, own) in models.items()
     }
     named = {name: judges[name].errors(model) for name, (model, _) in models.items()}
-    changes = compared(named, EFFECTS, judges[EFFECTS], effects.model.whole_inertia)
+    changes = compared(named, EFFECTS, judges[EFFECTS], held(judges[EFFECTS], effects.model.whole_inertia))
     error = {"before": named[PLAIN].to_dict(), "after": named[EFFECTS].to_dict(), "change": changes.of(PLAIN)}
     itself = {EFFECTS} | ({OUTPUT_ERROR} if effects.names == ("inertia",) else set())
     rates = [np.concatenate([run[axis][1] for run in side.streams]) for side in (before, after)]

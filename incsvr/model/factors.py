@@ -31,6 +31,7 @@ BY_WIDTH: dict[str, Function] = {
     "wave": lambda width, x, out=None: np.sin(width * x, out),
     "wave_later": lambda width, x, out=None: np.cos(width * x, out),
     "about": lambda width, x, out=None: np.subtract(x, width, out),
+    "raised": lambda width, x, out=None: np.add(np.abs(x), width, out),
     "bend": lambda width, x, out=None: np.subtract(x, np.clip(x, -width, width), out),
     "beyond": lambda width, x, out=None: np.multiply(np.abs(x) > width, 1.0, out),
     "after": lambda width, x, out=None: np.multiply(x >= width, 1.0, out),
@@ -39,7 +40,8 @@ BY_WIDTH: dict[str, Function] = {
 SLOPES = {
     "value": (1.0, "one"), "size": (1.0, "signum"), "square": (2.0, "value"), "root": (1.0, "root_slope"),
     "sine": (1.0, "cosine"), "cosine": (-1.0, "sine"), "sine2": (2.0, "cosine2"), "cosine2": (-2.0, "sine2"),
-    "drag": (2.0, "size"), "sign": (1.0, "sign_slope"), "about": (1.0, "one"), "bend": (1.0, "beyond"),
+    "drag": (2.0, "size"), "sign": (1.0, "sign_slope"), "about": (1.0, "one"),
+    "raised": (1.0, "signum"), "bend": (1.0, "beyond"),
 }  # fmt: skip
 """The slope of a kind of factor by its signal, as a number times a kind of factor."""
 SLOPES_OF_DOWN = {

@@ -72,13 +72,13 @@ class RejectedEffect:
         effect: its name.
         p_value: corrected for the search.
         reason: why it was not added.
-        taken_back: whether it was added at first, until free runs could do without it.
+        refused: whether it predicted better, and was refused all the same.
     """
 
     effect: str
     p_value: float
     reason: str
-    taken_back: bool = False
+    refused: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,17 +58,6 @@ class Errors:
         return {"torque_mae": mae, "torque_rmse": rmse, "free_run_rmse": rms(self.free_run)}
 
 
-def joined_errors(parts: Sequence[Errors]) -> Errors:
-    """The errors on several held-out sets as one."""
-    ahead = tuple(
-        Ahead(*(np.concatenate([getattr(each, name) for each in same]) for name in ("error", "change", "rate")))
-        for same in zip(*(part.ahead for part in parts), strict=True)
-    )
-    pieces = ("time", "measured", "simulated", "torque")
-    together = {name: tuple(piece for part in parts for piece in getattr(part, name)) for name in pieces}
-    return Errors(**together, ahead=ahead)
-
-
 def horizons(before: Sequence[Ahead], after: Sequence[Ahead]) -> dict[str, Any]:
     """The contract's `horizons`: root mean square multi-step errors [rad/s], keys in time scales of the motion."""
     return {
@@ -87,14 +76,6 @@ def trivial(measured: Sequence[Array]) -> dict[str, Mapping[str, float]]:
     """The contract's `trivial`: free-run errors of a rate of zero, and of the first one held, over each piece."""
     held = [piece - piece[0] for piece in measured if piece.size]
     return {"zero": {"free_run_rmse": rms(measured)}, "hold": {"free_run_rmse": rms(held)}}
-
-
-def is_proven(error: Mapping[str, Any], closed_loop: bool) -> bool:
-    """Whether the errors on unseen data got better beyond chance, of free runs in open loop, of predictions else; the
-    free run did not get worse, and errs less than a rate of zero."""
-    change = error["change"]["torque_rmse" if closed_loop else "free_run_rmse"]
-    no_worse = error["after"]["free_run_rmse"] <= error["before"]["free_run_rmse"]
-    return float(change["high"]) < 0.0 and bool(no_worse) and beats_zero(error)
 
 
 def beats_zero(error: Mapping[str, Any]) -> bool:

@@ -4,37 +4,36 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtrc
 
 from incsvr.errors import BadInput
-from incsvr.model import rows as catalogue
-from incsvr.model.candidates import candidates
-from incsvr.model.directions import directions
 from incsvr.model.efforts import Stage
-from incsvr.model.fitting import Fit
-from incsvr.model.identification import Identification, identify, pool
+from incsvr.model.fitting import Fit, fit
+from incsvr.model.identification import Identification, identify
 from incsvr.model.intervals import halved
-from incsvr.model.predictor import frequencies
 from incsvr.model.rows import Row
 from incsvr.model.scales import motion_scale
 from incsvr.model.search import Added
 from incsvr.model.series import effort_of, period, values
 from incsvr.model_trace import spells
+from incsvr.model_trace.answering import Loop, standing_time
 from incsvr.model_trace.channels import usable_channels
-from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace
+from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
 from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
 from incsvr.model_trace.model import TracedModel
 from incsvr.model_trace.parameters import has_size, parameters_of
-from incsvr.model_trace.proof import PLAIN, Proof, has_effects, prove
+from incsvr.model_trace.proof import EFFECTS, PLAIN, Proof, prove
 from incsvr.model_trace.recordings import Recordings, recordings_of
 from incsvr.model_trace.refusals import refuse_too_little_motion
+from incsvr.model_trace.rest import smooth_rest
 from incsvr.model_trace.run import Run, check
-from incsvr.model_trace.sentences import AHEAD, LABELS, of_loop
+from incsvr.model_trace.sentences import AHEAD, LABELS, of_loop, of_share
+from incsvr.model_trace.statistics import p_value
+from incsvr.model_trace.thinning import thinned
 from incsvr.model_trace.thresholds import MAX_REJECTED, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
-from incsvr.model_trace.torque_nature import Loop
 from incsvr.model_trace.traced_model import traced_model
 from incsvr.model_trace.unseen import Judge, ends, judge, times
 from incsvr.model_trace.vocabulary import contract_name, streams, word_of
@@ -89,7 +88,7 @@ def _traced(
     names, ignored = usable_channels([*runs, *(validate or [])])
     headings = [run.channels.get("heading", np.empty(0)) for run in (*runs, *(validate or ()))]
     heading = ["heading"] * all(np.isfinite(each).sum() > MIN_HEADING_SAMPLES for each in headings)
-    recordings = recordings_of(runs, [*names, *heading])
+    recordings, share = thinned(recordings_of(runs, [*names, *heading]), standing_time(runs))
     refuse_too_little_motion(recordings, motion_scale(recordings.streams, recordings.axis))
     try:
         found = identify(recordings.streams, [recordings.axis], {recordings.axis: inertia}, recordings.channels)
@@ -105,91 +104,159 @@ def _traced(
     unseen = judge(recordings, found.models[PLAIN], recordings, excluded=True)
     if validate:
         other = recordings_of(validate, [*names, *heading], recordings.begin)
-        unseen = judge(other, found.models[PLAIN], recordings, excluded=False)
+        unseen = judge(thinned(other, standing_time(validate))[0], found.models[PLAIN], recordings, excluded=False)
     loop = loop_of(runs, fitted, found.models[PLAIN], torque)
     if loop is Loop.OTHER_GYRO and answer_left(fitted, found.model) < OTHER_GYRO_CORRELATION:
         loop = Loop.OPEN  # what was missing had looked like an answer
-    result = _result(found, recordings, fitted, unseen, ignored, loop, inertia)
+    result = _result(Traced(found, recordings, fitted, unseen, inertia, loop), ignored, of_share(share))
     return None if must_find and not result.effects else result
 
 
-def _result(
-    found: Identification, recordings: Recordings, fitted: Judge, unseen: Judge, ignored: Mapping[str, str],
-    loop: Loop, inertia: float,
-) -> Trace:  # fmt: skip
-    closed, sought = loop is not Loop.OPEN, loop is not Loop.OTHER_GYRO
-    proof = prove(found, unseen, fitted, closed)
-    axis = of_rate(recordings.axis)
-    words = words_of(axis)
-    added = _findings(found, recordings, inertia, closed, words) if sought else []
-    sample = period(recordings.streams, recordings.axis)
-    effects = [each for each in added if has_size(each.interval, inertia, sample)]
-    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE) for each in added if each not in effects]
-    loud = _spells(found.found.fit, recordings, fitted.scale)
-    plain, model = found.models[PLAIN], found.model
+@dataclass(frozen=True)
+class Traced:
+    """What a result is made of.
+
+    Attributes:
+        found: the identification.
+        recordings: that it was fitted to.
+        fitted, unseen: judges by them, and by data that no fit used.
+        inertia: declared [kg], [kg m²].
+        loop: how the torque follows the rate.
+    """
+
+    found: Identification
+    recordings: Recordings
+    fitted: Judge
+    unseen: Judge
+    inertia: float
+    loop: Loop
+
+    @property
+    def closed(self) -> bool:
+        """Whether the torque answers the rate."""
+        return self.loop is not Loop.OPEN
+
+    @property
+    def words(self) -> AxisWords:
+        """The words of the axis."""
+        return words_of(of_rate(self.recordings.axis))
+
+    @property
+    def sample(self) -> float:
+        """The usual time between two samples of the velocity [s]."""
+        return period(self.recordings.streams, self.recordings.axis)
+
+
+def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, ...]) -> Trace:
+    found, recordings, fitted, inertia = traced.found, traced.recordings, traced.fitted, traced.inertia
+    sought = traced.loop is not Loop.OTHER_GYRO
+    added = _findings(traced) if sought else []
+    effects = [each for each in added if has_size(each.interval, inertia, traced.sample)]
+    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for each in added if each not in effects]
+    best, more = _best(traced, bool(effects))
+    effects += more
+    complete, unexplained = found.found.fit, tuple[UnexplainedChannel, ...]()
+    if sought:
+        complete, unexplained = smooth_rest(complete, recordings.channels)
+    loud = _spells(complete, recordings, fitted.scale)
+    proof = prove(found, best, traced.unseen, fitted, traced.closed)
+    plain, model = found.models[PLAIN], found.models[best]
     floor = float(proof.error["floor"]["torque_rmse"])
-    named = {each.name: tuple(each.candidate.start) for each in found.found.added} if has_effects(found) else {}
+    named = {each.name: tuple(each.candidate.start) for each in found.found.added} if best.startswith(EFFECTS) else {}
     size = (recordings.begin, floor, fitted.block, fitted.scale)
-    traced = traced_model(model, named, inertia, *size)
+    as_value = traced_model(model, named, inertia, *size)
+    unnamed = unexplained or loud or not sought
     return Trace(
         inertia=inertia,
-        verdict="effects" if effects else "unexplained" if loud or not sought else "none",
+        verdict="effects" if effects else "unexplained" if unnamed else "none",
         effects=tuple(effects),
-        rejected=tuple(sorted([*unsure, *_rejected(found, recordings)], key=lambda one: one.p_value)) if sought else (),
-        unexplained=(),
+        rejected=tuple(sorted([*unsure, *_rejected(traced)], key=lambda one: one.p_value)) if sought else (),
+        unexplained=unexplained,
         error=proof.error,
         ignored_channels=dict(ignored),
         notes=(
             *(() if recordings.one_clock else (OVERLAP,)),
-            *of_loop(loop, words),
-            *_of_best(proof, found, words),
+            *of_loop(traced.loop, traced.words),
+            *of_thinning,
+            *_of_best(proof, bool(effects) and best == PLAIN, traced.words),
             *((spells.sentence(loud),) if loud else ()),
         ),
-        loop="closed" if closed else "open",
+        loop="closed" if traced.closed else "open",
         proven=bool(effects) and proof.proven,
         spans=loud,
         one_clock=recordings.one_clock,
         sought=sought,
-        axis=axis,
+        axis=of_rate(recordings.axis),
         declared_model=traced_model(plain, {}, inertia, *size),
-        model=traced,
-        pictures=_pictures(proof, fitted, plain, model, traced),
+        model=as_value,
+        pictures=_pictures(proof, fitted, plain, model, as_value),
     )
 
 
-def _findings(
-    found: Identification, recordings: Recordings, inertia: float, closed: bool, words: AxisWords
-) -> list[Finding]:
+def _best(
+    traced: Traced,
+    has_effects: bool,
+    least: float = 0.03,  # of the error of excluded free runs: a reader would not see less
+) -> tuple[str, list[Finding]]:
+    """The name of the best of our own simulators on excluded recordings, and the inertia where that is an effect of it.
+
+    An inertia that the search did not add is one in open loop alone, where a simulation with it is clearly better and
+    the predictor agrees that it is another than the declared.
+    """
+    found, axis = traced.found, traced.recordings.axis
+    errors = {name: float(each[0]) for name, each in found.excluded.items()}
+    best = min([PLAIN, *([EFFECTS] if has_effects else [])], key=lambda name: errors[name])
+    free = f"{best}, free inertia"
+    if traced.closed or free not in found.models or errors[free] > (1.0 - least) * errors[best]:
+        return best, []
+    model, predictor = found.models[free], found.found.fit
+    start = {f"mass:{axis}": model.theta[f"mass:{axis}"], **predictor.theta}
+    likewise = fit(predictor.structure.plus(free=[axis]), start, predictor.problem, predictor.starts)
+    name = f"inertia@{axis}"
+    ((parameters, spans),) = parameters_of(
+        model, [name], traced.inertia, traced.recordings.begin, [halved(model), likewise]
+    )
+    if not has_size(spans, traced.inertia, traced.sample):
+        return best, []
+    gain = found.models[best].value - model.value
+    return free, [_finding(traced, name, parameters, spans, p_value(2.0 * gain, 1, len(found.effects)), 1.0, ())]
+
+
+def _findings(traced: Traced) -> list[Finding]:
     """The effects in the order in which they were added: by the simulator, in closed loop by the predictor."""
+    found, recordings = traced.found, traced.recordings
     added, predictor = found.found.added, found.found.fit
     if not added:
         return []
-    names = [each.name for each in added]
-    source = predictor if closed else found.models["effects"]
-    others = [halved(source)] if closed else [halved(source), predictor]
-    every = parameters_of(source, names, inertia, recordings.begin, others)
+    source = predictor if traced.closed else found.models[EFFECTS]
+    others = [halved(source)] if traced.closed else [halved(source), predictor]
+    every = parameters_of(source, [each.name for each in added], traced.inertia, recordings.begin, others)
     total = sum(each.gain for each in added)
-    effects = pool(predictor.structure, recordings.streams)
     findings = []
     for one, (parameters, spans) in zip(added, every, strict=True):
-        share = one.gain / total
-        alike = [name for name in one.alike if not _contains(effects, name, one)]
-        others_of = tuple(dict.fromkeys(contract_name(name) for name in alike))
-        findings.append(
-            Finding(
-                effect=contract_name(one.name),
-                channels=streams(one.name),
-                parameters=parameters,
-                interval=spans,
-                p_value=chance_of(one.gain, len(one.candidate.start), len(effects)),
-                share=share,
-                cannot_tell_from=(*others_of, *word_of(one.name).ties),
-                next_manoeuvre=next_manoeuvre(one, others_of, words),
-                sentence=sentence(one.name, parameters, spans, share, words),
-                thrust=_thrust(one.name, parameters, spans, source),
-            )
-        )
+        alike = [name for name in one.alike if not _contains(found.effects, name, one)]
+        p = p_value(2.0 * one.gain, len(one.candidate.start), len(found.effects))
+        findings.append(_finding(traced, one.name, parameters, spans, p, one.gain / total, alike))
     return findings
+
+
+def _finding(
+    traced: Traced, name: str, parameters: dict[str, float], spans: dict[str, tuple[float, float]], chance: float,
+    share: float, alike: Sequence[str],
+) -> Finding:  # fmt: skip
+    others, words = tuple(dict.fromkeys(contract_name(each) for each in alike)), traced.words
+    return Finding(
+        effect=contract_name(name),
+        channels=streams(name),
+        parameters=parameters,
+        interval=spans,
+        p_value=chance,
+        share=share,
+        cannot_tell_from=(*others, *word_of(name).ties),
+        next_manoeuvre=next_manoeuvre(name, others, words),
+        sentence=sentence(name, parameters, spans, share, words),
+        thrust=_thrust(name, parameters, spans, traced.found.models[PLAIN]),
+    )
 
 
 def _contains(effects: Mapping[str, Sequence[Row]], name: str, added: Added) -> bool:
@@ -198,20 +265,15 @@ def _contains(effects: Mapping[str, Sequence[Row]], name: str, added: Added) -> 
     return set(added.candidate.start) <= {row.key for row in rows}
 
 
-def chance_of(gain: float, parameters: int, looks: int) -> float:
-    """The p-value of a gain of the logarithm of the likelihood: χ², times the number of looks, at most 1."""
-    return float(min(1.0, looks * chdtrc(max(parameters, 1), 2.0 * max(gain, 0.0))))
-
-
-def next_manoeuvre(added: Added, others: Sequence[str], words: AxisWords) -> str:
+def next_manoeuvre(name: str, others: Sequence[str], words: AxisWords) -> str:
     """What a log must show to distinguish an effect from the others that explain this one as well, or that none can."""
-    word = word_of(added.name)
+    word = word_of(name)
     if others:
         return f"to distinguish it from {others[0]}, the log must show {words.fill(word.shown_by)}"
     if word.ties:
         return (
             f"no manoeuvre in {words.name} distinguishes it from {word.ties[0]}: both explain every motion alike; "
-            "measure one of the two by other means (a bollard pull, a pendulum test)"
+            f"{word.apart}"
         )
     return ""
 
@@ -255,30 +317,24 @@ def _thrust(
     return tuple(found)
 
 
-def _rejected(found: Identification, recordings: Recordings) -> list[RejectedEffect]:
+def _rejected(traced: Traced) -> list[RejectedEffect]:
     """Effects that were refused, and those that promise most of what the predictor still lacks."""
-    predictor, result = found.found.fit, dict[str, RejectedEffect]()
+    found, result = traced.found, dict[str, RejectedEffect]()
     named = {contract_name(each.name) for each in found.found.added}
-    effects = pool(predictor.structure, recordings.streams)
-    if recordings.one_clock:
-        effects |= catalogue.waves(recordings.axis, frequencies(predictor, 0))
-    every = candidates(predictor.structure, predictor.theta, effects, predictor.problem.windows)
-    weighed = directions(predictor, every)
-    for k, each in enumerate(every):
-        name, evidence, count = contract_name(each.name), weighed.evidence(k), max(len(each.start), 1)
+    for each, evidence in found.found.weighed:
+        name, count = contract_name(each.name), max(len(each.start), 1)
         sure = 0.5 * (evidence.sure**2 + count - 1)  # by the scatter of blocks, where errors depend on each other
-        p = chance_of(min(evidence.gain, sure), count, len(effects))
+        p = p_value(2.0 * min(evidence.gain, sure), count, len(found.effects))
         if name not in named and (name not in result or p < result[name].p_value):
-            why = NOT_UNSEEN if p < 0.01 else TOO_LITTLE
-            result[name] = RejectedEffect(name, p, found.found.refused.get(each.name, why))
+            result[name] = RejectedEffect(name, p, NOT_UNSEEN if p < 0.01 else TOO_LITTLE)
     for key, why in found.found.refused.items():
         name = contract_name(key)
-        if name not in named and name not in result:
-            result[name] = RejectedEffect(name, 1.0, why)
+        if name not in named:
+            result[name] = RejectedEffect(name, 1.0, why, refused=True)
     return sorted(result.values(), key=lambda each: each.p_value)[:MAX_REJECTED]
 
 
-def _of_best(proof: Proof, found: Identification, words: AxisWords) -> tuple[str, ...]:
+def _of_best(proof: Proof, without: bool, words: AxisWords) -> tuple[str, ...]:
     """Notes on what is better than the model, and on effects that the best simulator does without."""
     best, notes = proof.error["best"], list[str]()
     called = {
@@ -290,7 +346,7 @@ def _of_best(proof: Proof, found: Identification, words: AxisWords) -> tuple[str
             f"{called[best['name']]} predicts unseen data best: {best['free_run_rmse']:.3g} {words.rate_unit}, the "
             f"model {proof.error['after']['free_run_rmse']:.3g}"
         )
-    if found.found.added and not has_effects(found):
+    if without:
         notes.append("free runs of excluded data are better without the effects, so the model does not contain them")
     return tuple(notes)
 

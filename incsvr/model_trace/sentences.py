@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from incsvr.model_trace.answering import Loop
 from incsvr.model_trace.findings import Trace
 from incsvr.model_trace.thresholds import MUCH_LEFT_SHARE
-from incsvr.model_trace.torque_nature import Loop
 from incsvr.plant.words import AxisWords, words_of
 
 LABELS = {
@@ -128,13 +128,6 @@ def proof(found: Trace) -> str:
         f"closed loop: a free run proves nothing, because the {effort} reacts to disturbances; the error of the "
         f"predicted {effort} on unseen data {judged}{but}"
     )
-
-
-def irrelevance(gain: float) -> str:
-    """Why an effect is not named that lowers the free run's error on held-out pieces by this part; negative raises."""
-    if gain < 0.0:
-        return f"it raises the free run's error on held-out pieces by {-gain:.1%}"
-    return f"it lowers the free run's error on held-out pieces by {abs(gain):.1%}, less than a reader would see"
 
 
 def _named(names: Sequence[str]) -> str:

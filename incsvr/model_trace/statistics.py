@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from incsvr.model_trace.thresholds import WHITENING_LAGS
 from incsvr.numerics import Array
@@ -28,15 +28,13 @@ class Change:
         return {"estimate": self.estimate, "low": self.low, "high": self.high}
 
 
-def whitened(values: Array, starts: NDArray[np.intp], by: Array | None = None) -> Array:
+def whitened(values: Array, starts: NDArray[np.intp]) -> Array:
     """(n,) values less what their own past tells; zero at the beginning of pieces, where there is none.
 
     Args:
         values: (n,) of cells.
         starts: (pieces + 1,) first cell of each piece, and the end.
-        by: (n,) whose autoregression whitens them, in place of their own.
     """
-    by = values if by is None else by
 
     def past(of: Array) -> Array:
         return np.stack([np.roll(of, k) for k in range(1, WHITENING_LAGS + 1)], axis=1)
@@ -44,7 +42,7 @@ def whitened(values: Array, starts: NDArray[np.intp], by: Array | None = None) -
     usable = np.ones(values.size, dtype=bool)
     for k in range(WHITENING_LAGS):
         usable[np.minimum(starts[:-1] + k, values.size - 1)] = False
-    theta = np.linalg.lstsq(past(by)[usable], by[usable])[0]
+    theta = np.linalg.lstsq(past(values)[usable], values[usable])[0]
     return np.where(usable, values - past(values) @ theta, 0.0)
 
 
@@ -54,7 +52,7 @@ def p_value(gain: float, freedom: int, looks: float) -> float:
     The likelihood is that of whitened residuals, so that autocorrelation up to AR(3) is in it; S. S. Wilks, Ann. Math.
     Stat. 9 (1938).
     """
-    return float(min(1.0, looks * chi2.sf(max(gain, 0.0), freedom)))
+    return float(min(1.0, looks * chdtrc(max(freedom, 1), max(gain, 0.0))))
 
 
 def change_of_rms(before: Sequence[Array], after: Sequence[Array], length: int, seed: int = 0) -> Change:

@@ -194,7 +194,7 @@ def text(trace: Trace) -> str:
         f"    residual: {left['torque_rmse']:.3g} {words.effort_unit} (RMS), {share}correlated over "
         f"{left['correlation_time_s']:.2g} s"
     )
-    lines += [f"  not added: {r.effect}: {r.reason}" for r in trace.rejected if r.taken_back]
+    lines += [f"  not added: {r.effect}: {r.reason}" for r in trace.rejected if r.refused]
     lines += [f"  ignored channel {name}: {reason}" for name, reason in trace.ignored_channels.items()]
     lines += [f"  note: {note}" for note in trace.notes]
     return "\n".join(lines)

@@ -15,9 +15,9 @@ from scipy.ndimage import gaussian_filter1d
 from incsvr.errors import BadInput
 from incsvr.model_trace.findings import Trace
 from incsvr.model_trace.model import TracedModel
+from incsvr.model_trace.result import trace, trace_if_found
 from incsvr.model_trace.run import Run
 from incsvr.model_trace.sentences import headline
-from incsvr.tracing import trace, trace_if_found
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import read
 from simulator.mission import Mission
@@ -104,7 +104,7 @@ def test_the_model_with_effects_is_one_value() -> None:
     found = traced("torque_lag")
     again = TracedModel.from_dict(json.loads(json.dumps(found.model.to_dict())))
     np.testing.assert_array_equal(again.damping, found.model.damping)
-    assert again.terms == found.model.terms
+    assert again.effects == found.model.effects
     parts = found.pictures.ledger
     assert list(parts) == ["declared inertia", "damping", "torque_lag"]
     assert all(part.shape == found.pictures.ledger_time.shape for part in parts.values())

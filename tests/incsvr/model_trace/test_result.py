@@ -9,7 +9,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.model_trace.findings import Trace
-from incsvr.model_trace.result import chance_of, sentence, trace, trace_if_found
+from incsvr.model_trace.result import sentence, trace, trace_if_found
 from incsvr.model_trace.run import Run
 from incsvr.model_trace.sentences import headline
 from incsvr.plant.words import YAW_WORDS
@@ -113,12 +113,6 @@ def test_recordings_with_stamps_that_overlap_have_no_clock() -> None:
     found = trace([run_of(3), run_of(4)], inertia=12.0)
     assert not found.one_clock
     assert not {each.effect for each in found.rejected} & {"bias_drift", "drag_drift", "drag_step", "wave"}
-
-
-def test_a_p_value_counts_parameters_and_looks() -> None:
-    assert chance_of(12.0, 1, 1) == pytest.approx(9.6e-7, rel=0.01)
-    assert chance_of(12.0, 2, 10) == pytest.approx(10.0 * np.exp(-12.0))
-    assert chance_of(0.1, 1, 30) == 1.0
 
 
 def test_a_negative_delay_is_called_impossible() -> None:

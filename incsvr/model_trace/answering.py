@@ -1,4 +1,4 @@
-"""The kind of torque of recordings, decided once: a constant command or linear, in open or closed loop.
+"""Whether the torque of recordings answers the rate: in open or in closed loop.
 
 In open loop nothing that the rate tells beside the torque's own past foretells the torque, however wrong the model is;
 a controller follows the rate, and with it the water (P. E. Caines, C. W. Chan, IEEE Trans. Autom. Control 20, 1975).
@@ -7,7 +7,6 @@ a controller follows the rate, and with it the water (P. E. Caines, C. W. Chan, 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
 
@@ -27,8 +26,6 @@ from incsvr.model_trace.thresholds import (
     TORQUE_PAST_CELLS,
 )
 from incsvr.numerics import Array, robust_deviation
-from incsvr.signals.holding import REPEATED_SHARE
-from incsvr.signals.settings import COMMANDED, TorqueKind
 
 
 class Loop(Enum):
@@ -37,34 +34,6 @@ class Loop(Enum):
     OPEN = "nothing answers the rate"
     CLOSED = "a controller answers the rate"
     OTHER_GYRO = "a controller uses another gyro than the log's, or the torque is measured with noise of its own"
-
-
-@dataclass(frozen=True, slots=True)
-class TorqueNature:
-    """The kind of torque: command or measurement, in open or closed loop.
-
-    Attributes:
-        held: whether it keeps each value until the next sample, as a command does; else it runs on a line.
-        noisy: whether it may hold noise of its own, single wrong samples among it.
-        closed: whether a controller made it of the yaw rate, so that it answers the water.
-    """
-
-    held: bool
-    noisy: bool
-    closed: bool = False
-
-
-def declared_nature(runs: Sequence[Run], kind: TorqueKind | None) -> TorqueNature:
-    """The kind of torque by declaration, or else by its messages alone.
-
-    Args:
-        kind: "commanded", "measured", or None where nobody says.
-    """
-    if kind is not None:
-        return TorqueNature(held=kind == COMMANDED, noisy=kind != COMMANDED)
-    same = [np.diff(stream(run, run.torque)[1]) == 0.0 for run in runs]
-    held = float(np.mean(np.concatenate(same))) > REPEATED_SHARE
-    return TorqueNature(held=held, noisy=not held)
 
 
 def standing_time(runs: Sequence[Run]) -> float:
