@@ -18,7 +18,7 @@ def thinned(
     standing: float,
     most: int = 12_000,  # samples of the velocity: twenty minutes at 10 Hz
     a_scale: float = 20.0,  # merged samples in a time scale of the motion
-    stretch: float = 40.0,  # time scales that a stretch lasts: ten blocks that count as independent
+    stretch: float = 12.0,  # time scales that a stretch lasts at least: several windows of a fit
 ) -> tuple[Recordings, float]:
     """Recordings of at most so many samples, and the share of their time that remains.
 

@@ -12,10 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from incsvr.compensation.proof import Proof, errors
+from incsvr.model_trace.effects_found import sentence
 from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
 from incsvr.model_trace.held_out import Errors, beats_zero
 from incsvr.model_trace.model import TracedModel
-from incsvr.model_trace.result import NO_SIZE, sentence
+from incsvr.model_trace.result import NO_SIZE
 from incsvr.model_trace.sentences import headline, limits
 from incsvr.model_trace.spells import sentence as of_spells
 from incsvr.model_trace.spells import spans

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
+from incsvr.model_trace.effects_found import sentence
 from incsvr.model_trace.findings import Trace
-from incsvr.model_trace.result import sentence, trace, trace_if_found
+from incsvr.model_trace.result import trace, trace_if_found
 from incsvr.model_trace.run import Run
 from incsvr.model_trace.sentences import headline
 from incsvr.plant.words import YAW_WORDS
@@ -95,7 +96,47 @@ def test_the_model_that_live_reads_has_the_engines_damping_and_effects(trimmed: 
 def test_nothing_is_named_and_nothing_proven_where_nothing_is_hidden() -> None:
     found = trace([run_of(3)], inertia=12.0)
     assert (found.verdict, found.effects, found.proven) == ("none", (), False)
+    assert found.error["after"] == found.error["before"]
     assert found.error["validated_on"] == "blocks"
+
+
+def test_live_gets_the_same_effects(trimmed: Trace) -> None:
+    found = trace_if_found([run_of(1, trim=1.5)], inertia=12.0)
+    assert found is not None
+    assert [each.to_dict() for each in found.effects] == [each.to_dict() for each in trimmed.effects]
+
+
+def test_another_inertia_is_named_with_what_no_manoeuvre_tells_from_it() -> None:
+    found = trace([run_of(3)], inertia=7.0)
+    (effect,) = found.effects
+    assert effect.effect == "inertia"
+    low, high = effect.interval["inertia_kg_m2"]
+    assert low < 12.0 < high
+    assert effect.cannot_tell_from == ("thrust_efficiency",)
+    assert "no manoeuvre in yaw" in effect.next_manoeuvre
+    assert found.proven
+
+
+def test_in_closed_loop_predictions_of_the_next_sample_prove_an_effect() -> None:
+    """Of a controller that answers the water."""
+    log = steered(Turning(), 3)
+    time, torque = log["torque"]
+    found = trace([Run("steered", time, log["yaw_rate"][1], torque - 3.0)], inertia=24.0)
+    assert [effect.effect for effect in found.effects] == ["bias_torque"]
+    assert (found.loop, found.proven) == ("closed", True)
+    assert found.error["change"]["torque_rmse"]["high"] < 0.0
+    assert found.error["after"]["torque_rmse"] < found.error["before"]["torque_rmse"]
+
+
+def test_a_curve_that_no_effect_has_is_unexplained_and_gains_nothing() -> None:
+    log = dive(Turning(inertia=12.0), 4, seconds=180.0, rate=5.0)
+    (time, torque), arm = log["torque"], log["surge"][1]
+    hidden = 4.0 * np.cos(2.5 * (arm - 0.8))
+    found = trace([Run("arm", time, log["yaw_rate"][1], torque - hidden, {"arm": arm})], inertia=12.0)
+    assert [each.channel for each in found.unexplained] == ["arm"]
+    assert (found.verdict, found.effects) == ("unexplained", ())
+    assert found.error["after"] == found.error["before"]
+    assert headline(found) == "no known effect explains how the residual follows arm"
 
 
 def test_live_gets_nothing_where_nothing_is_hidden() -> None:
