@@ -129,7 +129,8 @@ def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> d
         fast = float(np.quantile(np.abs(values(runs, axis)), 0.99))
         rows += catalogue.own(axis, fast, driven)
         others = [name for name in velocities if name != axis]
-        rows += catalogue.with_others(axis, others, driven)
+        usual = {name: float(np.mean(np.abs(values(runs, name)))) for name in others} if single else None
+        rows += catalogue.with_others(axis, others, driven, usual)
         if not single:
             rows += catalogue.efforts_of_others(axis, structure.driven)
             continue
@@ -184,7 +185,7 @@ def identify(
     effects = pool(plain.structure, base.fit.problem.windows.runs)
     if len(axes) == 1 and "time" in plain.structure.channels:
         effects |= catalogue.waves(axes[0], frequencies(base.fit, 0))
-    if axes == ["yaw_rate"]:
+    if list(axes) == ["yaw_rate"] and "heading" not in names:  # a heading shows a gyro's zero by itself
         effects |= catalogue.gyro_zero(axes[0], *(found.theta[f"{name}@{axes[0]}"] for name in ("linear", "quadratic")))
     effects = {name: rows for name, rows in effects.items() if name.partition("@")[0].partition(":")[0] not in leave}
     result = search(base, effects, most, say=say)
