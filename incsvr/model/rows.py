@@ -124,6 +124,11 @@ def bends(rate: str, fast: float, shares: Sequence[float] = (0.2, 0.4, 0.7)) -> 
     return tuple(row(f"bend:{share:g}", rate, Factor("bend", rate, share * fast), drag=True) for share in shares)
 
 
+def uneven(rate: str) -> Row:
+    """What the damping is more to one side than to the other."""
+    return row("bend:uneven", rate, value(rate), value(rate), drag=True)
+
+
 def own(rate: str, fast: float, driven: bool) -> tuple[Row, ...]:
     """Effects of an axis's own velocity, its own effort and a constant.
 
