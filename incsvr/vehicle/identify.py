@@ -28,7 +28,7 @@ from incsvr.vehicle.equation import LEFT, rates
 from incsvr.vehicle.manoeuvres import divergences, manoeuvres
 from incsvr.vehicle.model import Vehicle
 from incsvr.vehicle.of_fit import Pair, vehicle_of
-from incsvr.vehicle.prediction import NO_ERRORS, Course, Errors, errors, unseen_parts
+from incsvr.vehicle.prediction import NO_ERRORS, Course, Errors, alone, errors, unseen_parts
 from incsvr.vehicle.runs import axes_of, largest, prepared
 
 STEPS = 3
@@ -154,8 +154,8 @@ def identify(
     given = {"*".join(rates(tuple(dict.fromkeys(pair)))): v for pair, v in declared.items() if {*pair} <= {*axes}}
     _check(runs, axes, given)
     begins("fitting all axes together")
-    alone = ("thrust_speed",) if len(axes) == 1 and given else ()  # about the usual speed, which a file does not say
-    found = engine.identify(runs, rates(axes), given, leave=(*LEFT, *alone))
+    left = ("thrust_speed",) if len(axes) == 1 and given else ()  # about the usual speed, which a file does not say
+    found = engine.identify(runs, rates(axes), given, leave=(*LEFT, *left))
     ours = {each: model for each, model in found.models.items() if not each.endswith("free inertia")}
     best = min(ours, key=lambda each: float(np.mean(found.excluded[each] / found.excluded["zero"])))
     model = ours[best]
