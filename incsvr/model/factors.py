@@ -30,7 +30,7 @@ BY_WIDTH: dict[str, Function] = {
     "wave": lambda width, x, out=None: np.sin(width * x, out),
     "wave_later": lambda width, x, out=None: np.cos(width * x, out),
     "about": lambda width, x, out=None: np.subtract(x, width, out),
-    "bend": lambda width, x, out=None: np.subtract(x, np.clip(x, -width, width), out),
+    "bend": lambda width, x, out=None: np.subtract(x, np.minimum(np.maximum(x, -width), width), out),
     "beyond": lambda width, x, out=None: np.multiply(np.abs(x) > width, 1.0, out),
     "after": lambda width, x, out=None: np.multiply(x >= width, 1.0, out),
 }
