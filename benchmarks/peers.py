@@ -10,9 +10,9 @@ errs least.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -21,7 +21,6 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
-from incsvr.effects import Signals
 from incsvr.numerics import Array
 
 MOST_SAMPLES = 500
@@ -34,6 +33,34 @@ LAGS = 2
 """Past values of the velocity and of every input in a NARX model."""
 RUNAWAY_RATIO = 10.0
 """Largest measured velocities beyond which a simulation has run away; it stays there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """Recordings of one axis, one after the other, on a grid of even steps.
+
+    Attributes:
+        step: of the grid [s].
+        start: (runs + 1,) index at which each run begins, and the end.
+        rate: (n,) velocity at the beginning of each step [rad/s].
+        torque: (n,) its mean in the step [N m].
+        channels: (n,) each, in the middle of the step.
+        scale: T_c, the time in which the velocity forgets itself [s].
+    """
+
+    step: float
+    start: NDArray[np.intp]
+    rate: Array
+    torque: Array
+    channels: Mapping[str, Array]
+    scale: float
+
+    def __len__(self) -> int:
+        return self.rate.size
+
+    def runs(self) -> list[slice]:
+        """Each run as a slice of the grid."""
+        return [slice(int(a), int(b)) for a, b in pairwise(self.start)]
 
 
 class Motion(Protocol):

@@ -9,23 +9,26 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from benchmarks.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, Predict, RecursiveLeastSquares
-from benchmarks.peers import RUNAWAY_RATIO, Integrated, Motion, Trivial, frols, process, sindy
+from benchmarks.peers import RUNAWAY_RATIO, Integrated, Motion, Signals, Trivial, frols, process, sindy
 from benchmarks.study import HALVES, MEASURED, Record, run, table
-from incsvr.effects import Signals
 from incsvr.errors import BadInput
+from incsvr.model.efforts import Stage
+from incsvr.model.scales import motion_scale
+from incsvr.model.series import period
+from incsvr.model.structure import Structure
+from incsvr.model.windows import cut
+from incsvr.model_trace.channels import usable_channels
+from incsvr.model_trace.recordings import recordings_of
+from incsvr.model_trace.run import Run
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.signals import TORQUE, YAW_RATE
-from incsvr.tracing import innovations
-from incsvr.tracing.cells import cut
-from incsvr.tracing.channels import usable_channels
-from incsvr.tracing.torque_nature import TorqueNature
 from service.commands.fit_result import Fit
 from service.commands.trace import runs_of, trace_recordings
 from service.recordings.recording import Recording, sequence
@@ -98,10 +101,27 @@ def material(case: Case) -> Material:
     runs, rest = runs_of(fitted), runs_of(unseen)
     channels, _ = usable_channels([*runs, *rest])
     channels += ["heading"] * all("heading" in each.channels for each in (*runs, *rest))
-    how = replace(innovations.cutting(runs, inertia, TorqueNature(held=True, noisy=False)), divide=1)
-    there, here = (cut(each, inertia, channels, how).signals for each in (runs, rest))
+    step = period(recordings_of(runs, ()).streams, axis.rate)
+    there, here = (_signals(each, channels, step) for each in (runs, rest))
     others = tuple(name for name in VELOCITIES if name in there.channels)
     return Material(inertia, axis, fitted, unseen, there, here, others)
+
+
+def _signals(runs: Sequence[Run], channels: Sequence[str], step: float) -> Signals:
+    """Recordings on steps of the velocity's period; an effort keeps each value."""
+    found = recordings_of(runs, channels)
+    driven = Structure((found.axis,), (found.axis,), channels=tuple(channels))
+    windows = cut(found.streams, driven, step, np.inf)
+    inside = np.concatenate([grid.first + np.arange(grid.steps) for grid in windows.grids])
+    torque = windows.effort(found.axis, "hold", Stage())
+    return Signals(
+        step,
+        np.concatenate([[0], np.cumsum([grid.steps for grid in windows.grids])]).astype(np.intp),
+        windows.velocity[found.axis][inside],
+        np.concatenate([torque[: grid.steps, k] for k, grid in enumerate(windows.grids)]),
+        {name: 0.5 * (each[inside] + each[inside + 1]) for name, each in windows.channel.items()},
+        motion_scale(found.streams, found.axis),
+    )
 
 
 def _baseline(method: Callable[[Material], Baseline]) -> Callable[[Material], Motion]:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from incsvr.effects import Term, candidates
+from incsvr.model.rows import ONE, Factor, Part, Row
+from incsvr.model_trace.model import Effect, TracedModel
 from incsvr.numerics import Array
-from incsvr.tracing.model import TracedModel
 from service.recordings.recording import Recording, from_streams
 from simulator import leng
 
@@ -53,15 +54,36 @@ def with_channels(run: Recording, channels: Mapping[str, Array]) -> Recording:
     return Recording(run.name, run.time, {**run.columns, **channels})
 
 
-def term(name: str, *coefficients: float) -> Term:
-    """An effect of the catalogue in its first form, with these values."""
-    variant = next(effect.variant for effect in candidates() if effect.name == name)
-    return Term(name, variant, coefficients)
+def acting(name: str, *factors: Factor, value: float, follows: str = "", constant: float | None = None) -> Effect:
+    """An effect of one row, which takes so much times its factors of the torque."""
+    one, other = (*factors, ONE, ONE)[:2]
+    row = Row(name, (Part("yaw_rate", one, other),), follows=follows)
+    times = {} if constant is None else {f"time:{row.key}": math.log(constant)}
+    return Effect(name, {row.key: value} | times, (row,))
+
+
+def trim(moment: float) -> Effect:
+    """A constant moment that acts [N m]."""
+    return acting("bias_torque", value=-moment)
+
+
+def stage(name: str, kind: str, value: float) -> Effect:
+    """An effect between command and thrust, or the whole inertia."""
+    return Effect(name, {f"{kind}:yaw_rate": value if kind == "shift" else math.log(value)})
+
+
+def lag(constant: float) -> Effect:
+    """Rotors that lag [s]."""
+    return stage("torque_lag", "lag", constant)
+
+
+def memory(gain: float, constant: float) -> Effect:
+    """Water that follows the vehicle [N m s], [s]."""
+    return acting("memory", Factor("value", "~memory@yaw_rate"), value=-gain, follows="yaw_rate", constant=constant)
 
 
 def write_trace(path: Path) -> None:
     """The file that a tracer would write who knew all about the vehicle."""
     rate = np.linspace(-0.3, 0.3, 61)
-    terms = (term("torque_lag", LAG), term("bias_torque", BIAS))
-    model = TracedModel(leng.INERTIA, rate, TRUTH(rate), terms, 1.0, 0.3, 2.5, (0.0, 400.0))
+    model = TracedModel(leng.INERTIA, rate, TRUTH(rate), (lag(LAG), trim(BIAS)), 1.0, 0.3, 2.5, (0.0, 400.0))
     path.write_text(json.dumps({"effects": [], "model": model.to_dict()}), encoding="utf-8")

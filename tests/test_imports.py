@@ -49,8 +49,6 @@ ROOMS = (
     "checks",
     "learning",
     "free_run",
-    "effects",
-    "tracing",
     "model_trace",
     "compensation",
     "forecasting",
@@ -147,9 +145,9 @@ def test_what_injects_an_effect_shares_nothing_with_what_finds_it() -> None:
         for module in imports_of(path):
             name = f"{path.relative_to(ROOT)} imports {module}"
             if path.name in written_apart:
-                assert not allowed(module, {"incsvr.plant", "incsvr.effects"}), name
+                assert not allowed(module, {"incsvr.plant", "incsvr.model"}), name
             if path.name != "whole_vehicle.py":  # it plays a vehicle that was identified
-                assert not allowed(module, {"incsvr.effects", "incsvr.tracing", "incsvr.vehicle"}), name
+                assert not allowed(module, {"incsvr.model", "incsvr.model_trace", "incsvr.vehicle"}), name
 
 
 def test_the_mathematics_has_no_clock_and_no_files() -> None:

@@ -1,84 +1,35 @@
-"""The torque of a traced model's effects while the vehicle moves, piece by piece as the streams arrive.
+"""The torque of a traced model's effects while the vehicle moves, from the streams around some instants alone.
 
-    I₀ ṙ + d(r) + Σ effects = τ   ⟹   d(r) = (τ − I₀ ṙ − Σ effects) / Π factors
+    I₀ ṙ + d(r) + Σ effects = τ   ⟹   d(r) = τ − I₀ ṙ − Σ effects
 
-The effects are the tracer's own, the same code on the same kind of grid. What they remember of the past (a lag, the
-moving water, the turned angle) is carried from piece to piece as a value, so that it makes no difference, to the last
-bit, where a piece ends.
+What effects remember of the past (a lag, the moving water) is worked out from five time constants before: less than a
+hundredth of anything older is left.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, replace
-from itertools import pairwise
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.signal import lfilter
 
-from incsvr.effects import Effect, Signals, Term
-from incsvr.numerics import Array
-from incsvr.signals import RUN_PAUSE_S
-from incsvr.tracing.model import TracedModel
+from incsvr.model.efforts import Stage, lagged, means
+from incsvr.model_trace.model import TracedModel, parts
+from incsvr.numerics import Array, Stream, Streams
+from incsvr.plant.axes import of_rate, stream_of
+from incsvr.signals import TORQUE, YAW_RATE
+from incsvr.signals.streams import JUMP_S
 
 HEADING_CHANNEL = "heading"
 """The channel of the heading."""
-HEADING_EFFECTS = ("heading_current", "tether", "unexplained:heading")
-"""The effects that look at the heading."""
-_TURN = 2.0 * np.pi
-
-
-@dataclass(frozen=True, slots=True)
-class FilterState:
-    """The memory between two pieces.
-
-    Attributes:
-        index: of the last grid point; None before the first.
-        rate: yaw rate there [rad/s].
-        heading: the turned angle since the beginning, or the heading as it was received [rad]; None before the first.
-        turns: whole turns of a received heading.
-        filters: the state of each effect's filter, by the effect's name.
-    """
-
-    index: int | None = None
-    rate: float = 0.0
-    heading: float | None = None
-    turns: int = 0
-    filters: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class GridSegment:
-    """Points of the fine grid, in their order; they may pause.
-
-    Attributes:
-        index: (n,) number of each point; it stands at index · step.
-        step: of the grid [s].
-        rate: (n,) yaw rate [rad/s].
-        torque: (n,) as commanded [N m].
-        delayed: (n,) the torque of `Compensation.delay` ago [N m].
-        channels: (n,) each; `heading` [rad] where it is received.
-    """
-
-    index: NDArray[np.int64]
-    step: float
-    rate: Array
-    torque: Array
-    delayed: Array
-    channels: Mapping[str, Array]
-
-    @property
-    def time(self) -> Array:
-        """(n,) stamps [s]."""
-        return np.asarray(self.index * self.step, dtype=np.float64)
-
-    def take(self, part: slice) -> GridSegment:
-        channels = {name: values[part] for name, values in self.channels.items()}
-        return GridSegment(
-            self.index[part], self.step, self.rate[part], self.torque[part], self.delayed[part], channels
-        )  # fmt: skip
+CLOCK = "time"
+"""The engine's name of a recording's own time."""
+INERTIA = "inertia"
+"""The effect that takes its part of the acceleration."""
+FOLLOWED_BY_LEARNING = ("drag_drift", "drag_step")
+"""Effects of the damping over time: the learned damping follows the vehicle by itself."""
+MARGIN_CONSTANTS = 5.0
+"""Time constants over which an effect remembers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,134 +49,116 @@ class Compensation:
         """The effects of a traced model that apply to another recording.
 
         Raises:
-            KeyError, ValueError, IndexError: it holds terms that this catalogue does not know in this form.
+            KeyError, ValueError, StopIteration: it holds rows that the engine does not know in this form.
         """
-        pairs = list(zip(model.effects(), model.terms, strict=True))
-        kept = tuple(term for effect, term in pairs if not effect.needs_clock)
-        left_out = tuple(term.effect for effect, term in pairs if effect.needs_clock)
-        found = Compensation(replace(model, terms=kept), left_out)
-        still = np.zeros(2)
-        found.split(
-            GridSegment(np.arange(2), 0.02, still, still, still, dict.fromkeys(found.channels, still)), FilterState()
-        )
+        kept = tuple(effect for effect in model.effects if CLOCK not in effect.signals)
+        left_out = tuple(effect.name for effect in model.effects if CLOCK in effect.signals)
+        found = Compensation(replace(model, effects=kept), left_out)
+        still = np.array([0.0, 1.0]), np.zeros(2)
+        found.parts(dict.fromkeys((YAW_RATE, TORQUE, *found.channels), still), still[0], 1.0)
         return found
 
     @property
     def names(self) -> tuple[str, ...]:
         """The effects' names, in the order in which they were added."""
-        return tuple(term.effect for term in self.model.terms)
+        return tuple(effect.name for effect in self.model.effects)
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The further channels that the effects read; the heading is integrated where it does not come."""
-        return tuple(sorted({channel for effect in self.model.effects() for channel in effect.channels}))
+        """The further streams that the effects read."""
+        return tuple(sorted(set(self.streams.values()) - {YAW_RATE}))
 
     @property
-    def of_heading(self) -> bool:
-        """Whether an effect looks at the heading."""
-        return any(name in HEADING_EFFECTS for name in self.names)
+    def streams(self) -> dict[str, str]:
+        """The stream of each signal that the effects read, but of the effort."""
+        model, axis = self.model, of_rate(self.model.axis)
+        read = dict.fromkeys((model.axis, *(name for effect in model.effects for name in effect.signals)))
+        return {name: YAW_RATE if name == model.axis else stream_of(axis, name) for name in read if name != axis.effort}
+
+    @property
+    def reads_turns(self) -> bool:
+        """Whether an effect grows with the turned angle, so that whole turns count."""
+        rows = (row for effect in self.model.effects for row in effect.rows)
+        return any(
+            factor.of == HEADING_CHANNEL and factor.kind not in ("sine", "cosine", "sine2", "cosine2")
+            for row in rows
+            for factor in (row.parts[0].one, row.parts[0].other)
+        )
 
     def reads(self, known: Iterable[str]) -> tuple[str, ...]:
-        """The known channels that the effects look at, the heading among them."""
-        looked_at = {*self.channels, *([HEADING_CHANNEL] if self.of_heading else [])}
-        return tuple(name for name in known if name in looked_at)
+        """The known channels that the effects look at."""
+        return tuple(name for name in known if name in self.channels)
 
     @property
     def delay(self) -> float:
         """The dead time of the thrust [s]; negative where the torque's clock runs late."""
-        return sum(term.coefficients[0] for term in self.model.terms if term.effect == "torque_delay")
+        return self.model.theta.get(f"shift:{self.model.axis}", 0.0)
 
-    def pairs(self) -> list[tuple[Effect, Term]]:
-        """The effects with their terms, in the order in which they were added."""
-        return list(zip(self.model.effects(), self.model.terms, strict=True))
+    @property
+    def margin(self) -> float:
+        """How long before an instant the streams count [s]."""
+        axis, constants = self.model.axis, [0.0]
+        for effect in self.model.effects:
+            constants += [effect.value("lag", axis) or 0.0]
+            constants += [effect.value("time", row.key) or 0.0 for row in effect.rows if row.follows]
+        return MARGIN_CONSTANTS * max(constants)
 
-    def split(self, piece: GridSegment, carried: FilterState) -> tuple[list[Array], FilterState]:
-        """The torque of each effect, in the order of `pairs`, and the memory after this piece.
+    def parts(self, streams: Streams, time: Array, gap: float) -> dict[str, Array]:
+        """By effect the torque that it takes [N m]: an inertia nothing, which takes its part of the acceleration.
 
-        (n,) each: a moment [N m]; of an effect that scales the damping its factor; of an inertia zero, because it takes
-        its part of the acceleration, which is not looked at here.
+        Args:
+            streams: name → (stamps [s], values).
+            time: (n,) even instants [s], n ≥ 2; what effects remember begins at the first.
+            gap: the longest pause of yaw rate and torque [s].
+
+        Returns:
+            (n,) each, NaN where a stream is not known.
         """
-        anew = np.flatnonzero(np.diff(piece.index) * piece.step >= RUN_PAUSE_S) + 1
-        edges = [0, *anew.tolist(), piece.index.size]
-        found: list[list[Array]] = []
-        for first, last in pairwise(edges):
-            part = piece.take(slice(first, last))
-            if carried.index is not None and (part.index[0] - carried.index) * piece.step >= RUN_PAUSE_S:
-                carried = FilterState(
-                    turns=carried.turns, heading=carried.heading if HEADING_CHANNEL in piece.channels else None
-                )
-            values, carried = self._stretch(part, carried)
-            found.append(values)
-        return [np.concatenate(values) for values in zip(*found, strict=True)], carried
+        model, step = self.model, float(time[1] - time[0])
+        edges = np.append(time, time[-1] + step) - 0.5 * step
+        commands = _around(streams[TORQUE], edges[0] - max(self.delay, 0.0), edges[-1] - min(self.delay, 0.0))
+        known = ~np.isnan(linear(commands, time, gap) + linear(commands, time - self.delay, gap))
+        signals = {}
+        for name, stream in self.streams.items():
+            pause = gap if stream == YAW_RATE else JUMP_S
+            signals[name] = linear(streams[stream], time, pause, stream == HEADING_CHANNEL and not self.reads_turns)
+            here = ~np.isnan(signals[name])
+            known &= here
+            signals[name] = np.interp(time, time[here], signals[name][here]) if here.any() else np.zeros(time.size)
+        for effect in model.effects:
+            for row in effect.rows:
+                if row.follows:
+                    constant = effect.value("time", row.key) or step
+                    signals[f"~{row.key}"] = lagged(signals[row.follows], step / constant)
 
-    def _stretch(self, piece: GridSegment, carried: FilterState) -> tuple[list[Array], FilterState]:
-        """Corrects points that belong together; short pauses are bridged as if time had stood still."""
-        pairs, model = self.pairs(), self.model
-        heading, carried = _heading(piece, carried)
-        filters: dict[str, float] = dict(carried.filters)
-        seen = _SegmentSignals(
-            step=piece.step, start=np.array([0, piece.index.size], dtype=np.intp), time=piece.time,
-            rate=piece.rate, torque=piece.torque, channels=piece.channels, heading=heading, inertia=model.inertia,
-            scale=model.scale, block=model.block, damping=model.damping_at(piece.rate), drag=model.drag(),
-            filters=filters,
-        )  # fmt: skip
-        values: dict[int, Array] = {}
-        command = piece.torque
-        for k, (effect, term) in sorted(enumerate(pairs), key=lambda each: each[1][0].stage):
-            if effect.acts == "thrust":
-                # The delay is taken from the stamps: the grid would blur it.
-                late = term.effect == "torque_delay"
-                after = piece.delayed if late else effect.thrust(command, replace(seen, effect=effect.key), term)
-                values[k], command = command - after, after
-        seen = replace(seen, applied=command)
-        for k, (effect, term) in enumerate(pairs):
-            if effect.acts == "damping":
-                values[k] = effect.factor(seen, term)
-            elif effect.acts == "inertia":
-                values[k] = np.zeros(piece.index.size)
-            elif effect.acts != "thrust":
-                columns = effect.columns(replace(seen, effect=effect.key), term.inner, term.coefficients)
-                # Column by column: a matrix product rounds by where in the piece a point stands.
-                total = np.zeros(piece.index.size)
-                for column, coefficient in zip(columns.T, term.coefficients, strict=True):
-                    total = total + column * coefficient
-                values[k] = total
-        last = replace(carried, index=int(piece.index[-1]), rate=float(piece.rate[-1]), filters=filters)
-        return [values[k] for k in range(len(pairs))], last
+        def effort(stage: Stage) -> Array:
+            return means(commands, edges, "linear", stage, model.top)
+
+        found = parts(model.effects, model.axis, signals, effort) if commands[0].size else {}
+        return {name: np.where(known, found.get(name, 0.0), np.nan) for name in dict.fromkeys(self.names)}
 
 
-def plain_data(carried: FilterState) -> dict[str, Any]:
-    """The fields as plain data, exact to the bit in JSON."""
-    return asdict(carried)
+def linear(stream: Stream, at: Array, gap: float, turning: bool = False) -> Array:
+    """A stream at (n,) instants, linear between two stamps at most `gap` apart, else NaN; `turning` for an angle.
+
+    Each value follows from its two neighbours alone, to the last bit.
+    """
+    time, value = stream
+    if time.size < 2:
+        return np.full(at.size, np.nan)
+    after = np.searchsorted(time, at, side="left")
+    inside = (after > 0) & (after < time.size)
+    after = np.clip(after, 1, time.size - 1)
+    width, rise = time[after] - time[after - 1], value[after] - value[after - 1]
+    if turning:
+        rise = rise - 2.0 * np.pi * np.rint(rise / (2.0 * np.pi))
+    found = value[after - 1] + (at - time[after - 1]) / width * rise
+    return np.where(inside & (width <= gap), found, np.nan)
 
 
-@dataclass(frozen=True, slots=True)
-class _SegmentSignals(Signals):
-    """The signals that an effect may read; its filter continues from the end of the piece before."""
-
-    effect: str = ""
-    filters: dict[str, float] = field(default_factory=dict)
-
-    def lowpass(self, values: Array, time_constant: float) -> Array:
-        """The low-pass of `Signals.lowpass`, continued over pieces."""
-        half = 0.5 * self.step / time_constant
-        gain, pole = half / (1.0 + half), (1.0 - half) / (1.0 + half)
-        before = self.filters.get(self.effect, (1.0 - gain) * float(values[0]))
-        out, after = lfilter([gain, gain], [1.0, -pole], values, zi=np.array([before]))
-        self.filters[self.effect] = float(after[0])
-        return np.asarray(out, dtype=np.float64)
-
-
-def _heading(piece: GridSegment, carried: FilterState) -> tuple[Array, FilterState]:
-    """(n,) the heading, counted on over whole turns [rad]: as received, else the integral of the yaw rate."""
-    if HEADING_CHANNEL in piece.channels:
-        received = piece.channels[HEADING_CHANNEL]
-        before = received[0] if carried.heading is None else carried.heading
-        jumps = np.rint(np.diff(received, prepend=before) / _TURN).astype(np.int64)
-        turns = carried.turns - np.cumsum(jumps)
-        return received + _TURN * turns, replace(carried, heading=float(received[-1]), turns=int(turns[-1]))
-    first = int(piece.index[0]) if carried.index is None else carried.index
-    step = piece.step * np.diff(piece.index, prepend=first)
-    rate = np.concatenate(([piece.rate[0] if carried.index is None else carried.rate], piece.rate))
-    turned = np.cumsum(np.concatenate(([carried.heading or 0.0], 0.5 * step * (rate[1:] + rate[:-1]))))[1:]
-    return turned, replace(carried, heading=float(turned[-1]))
+def _around(stream: Stream, begin: float, end: float) -> Stream:
+    """The part of a stream between two instants, with the value before and the one after."""
+    time, value = stream
+    first = max(int(np.searchsorted(time, begin, side="right")) - 1, 0)
+    last = int(np.searchsorted(time, end, side="left")) + 1
+    return time[first:last], value[first:last]

@@ -1,11 +1,10 @@
 """The torque that drives a planned yaw rate: the model with its effects, solved for the command.
 
-    a = (I₀ + ΔI) ṙ + b + f d(r) + Σ θ_k φ_k,    τ = T⁻¹(a)
+    a = (I₀ + ΔI) ṙ + b + d(r) + Σ θ_k φ_k,    τ = T⁻¹(a)
 
 The moment a that the thrust must make follows from the plan; b is what a body's other velocities and its attitude take
-of it. The stages of the actuators are undone from thrust to command, each by the `command` of its class in the
-catalogue: a lag by lead, a limit as far as it goes. A delay is undone by sending the command earlier, which only the
-sender can do.
+of it. The stages of the actuators are undone from thrust to command. A delay is undone by sending the command earlier,
+which only the sender can do.
 """
 
 from __future__ import annotations
@@ -17,9 +16,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.compensation.effects_in_force import HEADING_CHANNEL, HEADING_EFFECTS, Compensation
-from incsvr.effects import Effect, Signals, Term, candidates
+from incsvr.compensation.effects_in_force import FOLLOWED_BY_LEARNING, INERTIA, Compensation
 from incsvr.errors import BadInput
+from incsvr.model.efforts import Stage, lagged
+from incsvr.model.structure import STAGES
+from incsvr.model_trace.model import Effect, TracedModel, parts
+from incsvr.model_trace.vocabulary import WORDS
 from incsvr.numerics import Array
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
@@ -146,20 +148,17 @@ def feedforward(
     if compensation is None:
         moment = inertial + body + damping
         return Feedforward(plan.time, moment, moment - half, moment + half, inertial, body, damping, {}, 0.0, ())
-    pairs, remarks = _usable(compensation, plan)
-    seen = _signals(plan, compensation)
-    moment, parts = _moment(pairs, plan, seen, inertial + body, damping)
-    stages = sorted((pair for pair in pairs if pair[0].acts == "thrust"), key=lambda pair: -pair[0].stage)
-    torque, taken, short = _command(stages, seen, moment, words)
-    ends = [torque, *(_command(stages, seen, moment + side, words)[0] for side in (-half, half))]
-    remarks += [f"{plan_words(plan, where)}: {sentence}" for sentence, where in short]
-    if compensation.delay > 0.0:
-        remarks.append(
-            f"send each {words.effort} {compensation.delay:.3g} s before its time: the thrust is so much later"
-        )
+    usable, remarks = _usable(compensation, plan)
+    model = replace(compensation.model, effects=usable)
+    moment, parts = _moment(model, plan, inertial + body + damping)
+    torque, taken, short = _command(model, plan, moment, words)
+    ends = [torque, *(_command(model, plan, moment + side, words)[0] for side in (-half, half))]
+    lead = max(model.theta.get(f"shift:{model.axis}", 0.0), 0.0)
+    if lead > 0.0:
+        short.append(f"send each {words.effort} {lead:.3g} s before its time: the thrust is so much later")
     return Feedforward(
         plan.time, torque, np.minimum.reduce(ends), np.maximum.reduce(ends), inertial, body, damping,
-        parts | taken, max(compensation.delay, 0.0), tuple(remarks),
+        parts | taken, lead, (*remarks, *short),
     )  # fmt: skip
 
 
@@ -179,74 +178,73 @@ def plan_words(plan: Plan, where: NDArray[np.bool_]) -> str:
     return f"from {times[0]:.4g} to {times[-1]:.4g} s" if times.size > 1 else f"at {times[0]:.4g} s"
 
 
-def _usable(compensation: Compensation, plan: Plan) -> tuple[list[tuple[Effect, Term]], list[str]]:
+def _usable(compensation: Compensation, plan: Plan) -> tuple[tuple[Effect, ...], list[str]]:
     """The effects that a plan lets work out, and a sentence about each other one."""
     usable = []
-    followed = {effect.name for effect in candidates() if effect.acts == "damping"}  # by the learned damping
     remarks = [
         f"{name} is left out: it refers to the clock of the traced recording"
         for name in compensation.left_out
-        if name not in followed
+        if name not in FOLLOWED_BY_LEARNING
     ]
-    for effect, term in compensation.pairs():
-        needed = {*effect.channels, *([HEADING_CHANNEL] if term.effect in HEADING_EFFECTS else [])}
-        missing = sorted(needed - plan.channels.keys())
+    for effect in compensation.model.effects:
+        own = replace(compensation, model=replace(compensation.model, effects=(effect,)))
+        missing = sorted(set(own.channels) - plan.channels.keys())
         if missing:
-            remarks.append(f"{term.effect} is left out: plan its {', '.join(missing)} too, in channels")
+            remarks.append(f"{effect.name} is left out: plan its {', '.join(missing)} too, in channels")
         else:
-            usable.append((effect, term))
-    return usable, remarks
+            usable.append(effect)
+    return tuple(usable), remarks
 
 
-def _signals(plan: Plan, compensation: Compensation) -> Signals:
-    model, count = compensation.model, plan.time.size
-    return Signals(
-        step=plan.step, start=np.array([0, count], dtype=np.intp), time=plan.time, rate=plan.rate,
-        torque=np.zeros(count), channels=plan.channels, heading=plan.channels.get(HEADING_CHANNEL, np.zeros(count)),
-        damping=model.damping_at(plan.rate), drag=model.drag(), acceleration=plan.acceleration,
-        applied=np.zeros(count), inertia=model.inertia, scale=model.scale, block=model.block, origin=model.origin,
-    )  # fmt: skip
-
-
-def _moment(
-    pairs: list[tuple[Effect, Term]], plan: Plan, seen: Signals, inertial: Array, damping: Array
-) -> tuple[Array, dict[str, Array]]:
-    """(n,) the moment that the thrust must make [N m], and what each effect takes of it."""
-    fixed: dict[str, Array] = {}
-    scaled = damping
-    for effect, term in pairs:
-        if effect.acts == "inertia":
-            fixed[term.effect] = term.coefficients[0] * plan.acceleration
-        elif effect.acts == "damping":
-            scaled, before = effect.factor(seen, term) * scaled, scaled
-            fixed[term.effect] = scaled - before
-    moments = [(effect, term) for effect, term in pairs if effect.acts in ("outside", "motion")]
-    rest: Array = inertial + damping + sum(fixed.values())
-    needed, parts = rest, dict[str, Array]()
+def _moment(model: TracedModel, plan: Plan, rest: Array) -> tuple[Array, dict[str, Array]]:
+    """(n,) the moment that the thrust must make [N m], of which `rest` is known, and what each effect takes of it."""
+    of_inertia = {} if f"mass:{model.axis}" not in model.theta else {
+        INERTIA: (model.whole_inertia - model.inertia) * plan.acceleration
+    }  # fmt: skip
+    acting = replace(model, effects=tuple(effect for effect in model.effects if effect.rows))
+    signals = {
+        name: plan.rate if name == model.axis else plan.channels[stream]
+        for name, stream in Compensation(acting, ()).streams.items()
+    }
+    for effect in acting.effects:
+        for row in effect.rows:
+            if row.follows:
+                share = plan.step / (effect.value("time", row.key) or plan.step)
+                signals[f"~{row.key}"] = lagged(signals[row.follows], share)
+    rest = rest + sum(of_inertia.values())
+    needed, taken = rest, dict[str, Array]()
     for _ in range(INFLOW_ROUNDS):
-        here = replace(seen, applied=needed)
-        parts = {
-            term.effect: effect.columns(here, term.inner, term.coefficients) @ np.array(term.coefficients)
-            for effect, term in moments
-        }
-        before, needed = needed, np.asarray(rest + sum(parts.values()))
+        before = needed
+        taken = parts(acting.effects, model.axis, signals, lambda _, needed=needed: needed)
+        needed = np.asarray(rest + sum(taken.values()))
         if np.array_equal(before, needed):
             break
-    return needed, fixed | parts
+    return needed, of_inertia | {name: np.broadcast_to(each, plan.time.shape) for name, each in taken.items()}
 
 
 def _command(
-    stages: list[tuple[Effect, Term]], seen: Signals, moment: Array, words: AxisWords
-) -> tuple[Array, dict[str, Array], list[tuple[str, NDArray[np.bool_]]]]:
-    """(n,) the command that makes a moment [N m], what each stage takes of it, and where a stage falls short."""
-    thrust, taken, short = moment, dict[str, Array](), list[tuple[str, NDArray[np.bool_]]]()
-    for effect, term in stages:
-        command = effect.command(thrust, seen, term)
-        if not effect.lingers:
-            lacking = np.abs(thrust - effect.thrust(command, seen, term))
-            where = lacking > SHORTFALL_SHARE * float(np.abs(moment).max())
-            if where.any():
-                most = f"up to {float(lacking.max()):.3g} {words.effort_unit} of the planned {words.effort}"
-                short.append((f"{most} are beyond the thrusters: {words.fill(effect.sentence)}", where))
-        taken[term.effect], thrust = command - thrust, command
-    return thrust, taken, short
+    model: TracedModel, plan: Plan, moment: Array, words: AxisWords
+) -> tuple[Array, dict[str, Array], list[str]]:
+    """(n,) the command that makes a moment [N m], what each stage takes of it, and where one falls short.
+
+    A lag is undone by lead, a curve by its map read backwards, a limit as far as it goes.
+    """
+    thrust, taken, remarks = moment, dict[str, Array](), list[str]()
+    for kind in reversed(STAGES):
+        for effect in model.effects:
+            value = effect.value(kind, model.axis)
+            if value is None:
+                continue
+            if kind == "lag":
+                command = thrust + value * (np.gradient(thrust, plan.time) if thrust.size > 1 else 0.0)
+            else:
+                stage = Stage(**{kind: value})
+                command = stage.undone(thrust, model.top)
+                lacking = np.abs(thrust - stage.static(command, model.top))
+                where = lacking > SHORTFALL_SHARE * float(np.abs(moment).max())
+                if where.any():
+                    most = f"up to {float(lacking.max()):.3g} {words.effort_unit} of the planned {words.effort}"
+                    reason = words.fill(WORDS[kind].sentence)
+                    remarks.append(f"{plan_words(plan, where)}: {most} are beyond the thrusters: {reason}")
+            taken[effect.name], thrust = taken.get(effect.name, 0.0) + command - thrust, command
+    return thrust, taken, remarks

@@ -1,33 +1,32 @@
-"""Whether effects predict better on data that nobody has looked at: the proof of `incsvr trace --validate`, for effects
-as they were found.
+"""Whether effects, as they were found, predict better on data that came after their trace.
 
-Two models are fitted to the data before, one with the effects and one without, and both predict the fresh data.
+Two models are fitted to the data before, one with the effects and one without, and both predict the fresh data; what
+proves the effects is what proves them in `incsvr trace` (`incsvr.model_trace.proof`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
+from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.proof import Proof
-from incsvr.effects import Effect, Term
 from incsvr.errors import BadInput
+from incsvr.model.fitting import Fit, Problem, fit
+from incsvr.model.identification import plain_fit, structure_of
+from incsvr.model.series import effort_of
+from incsvr.model.windows import cut
+from incsvr.model_trace.proof import EFFECTS, OUTPUT_ERROR, PLAIN, compared, held
+from incsvr.model_trace.recordings import Recordings, recordings_of
+from incsvr.model_trace.run import Run
+from incsvr.model_trace.unseen import judge
 from incsvr.numerics import Array, Streams
+from incsvr.plant.axes import YAW
 from incsvr.signals import TORQUE, YAW_RATE
-from incsvr.tracing.cells import cut
-from incsvr.tracing.errors import Problem
-from incsvr.tracing.fit import Fit, fit
-from incsvr.tracing.held_out import is_proven
-from incsvr.tracing.hypothesis import Hypothesis, Part
-from incsvr.tracing.run import Run
-from incsvr.tracing.torque_nature import TorqueNature
-from incsvr.tracing.trace import problem_of
-from incsvr.tracing.validation import validate
 
-MIN_CELLS_BEFORE = 100
-"""Cells before the fresh data, ten for each coefficient of damping and noise: below it nothing is determined."""
+MIN_SAMPLES_BEFORE = 100
+"""Samples of the yaw rate before the fresh data: below it no damping is determined."""
 MIN_TURN_SHARE = 0.2
 """Part of how much it turned before by which a vehicle turns at least that tells anything of its effects."""
 
@@ -48,37 +47,40 @@ def compare_on_fresh_data(
     Raises:
         BadInput: either side of `fresh` holds too little.
     """
-    before, after = (as_run(part) for part in _parts(streams, fresh))
-    wanted = {*effects.channels, *(() if without is None else without.channels)}
-    names = [name for name in before.channels if name in wanted or name == HEADING_CHANNEL]
-    nature = TorqueNature(held=True, noisy=False, closed=closed)
-    inertia = effects.model.inertia
-    problem, how = problem_of([before], inertia, names, nature)
-    cells = problem.cells
-    if len(cells) < MIN_CELLS_BEFORE:
-        raise BadInput(
-            f"{len(cells) * cells.step:.3g} s of data are older than the fresh data, too few to learn the damping "
-            f"from: {MIN_CELLS_BEFORE * cells.step:.3g} s are needed"
-        )
-    plain = _fitted(problem, () if without is None else without.pairs())
-    better = _fitted(problem, effects.pairs())
-    error = validate(problem, plain, better, cut([after], inertia, names, how)).to_dict(effects.model.sigma)
-    if not all(np.isfinite(error[when]["free_run_rmse"]) for when in ("before", "after")):
-        raise BadInput("a channel that the effects read is missing from the fresh data")
-    turned = float(np.nanstd(after.yaw_rate)) >= MIN_TURN_SHARE * float(np.nanstd(before.yaw_rate))
-    return Proof(
-        {name: error[name] for name in ("before", "after", "change")}, closed, is_proven(error, closed), turned
-    )
+    compensations = [effects] if without is None else [effects, without]
+    before, after = (_recordings(part, compensations) for part in _parts(streams, fresh))
+    axis, inertia = effects.model.axis, effects.model.inertia
+    base = plain_fit(structure_of(before.streams, [axis], before.channels, {axis: inertia}), before.streams)
+    plain = base if without is None else _with(base, before, without)
+    free = plain.structure.plus(free=[axis])
+    theta = {**plain.theta, f"mass:{axis}": plain.structure.given[axis]}
+    fixed = () if without is None else without.model.theta
+    models = {
+        PLAIN: (plain, without),
+        OUTPUT_ERROR: (fit(free, theta, plain.problem, plain.starts, fixed), without),
+        EFFECTS: (_with(base, before, effects), effects),
+    }
+    judges = {
+        name: judge(_acting(after, own), model, _acting(before, own), excluded=False)
+        for name, (model, own) in models.items()
+    }
+    named = {name: judges[name].errors(model) for name, (model, _) in models.items()}
+    changes = compared(named, EFFECTS, judges[EFFECTS], held(judges[EFFECTS], effects.model.whole_inertia))
+    error = {"before": named[PLAIN].to_dict(), "after": named[EFFECTS].to_dict(), "change": changes.of(PLAIN)}
+    itself = {EFFECTS} | ({OUTPUT_ERROR} if effects.names == ("inertia",) else set())
+    rates = [np.concatenate([run[axis][1] for run in side.streams]) for side in (before, after)]
+    turned = float(np.std(rates[1])) >= MIN_TURN_SHARE * float(np.std(rates[0]))
+    return Proof(error, closed, changes.all_better(closed, itself), turned)
 
 
-def as_run(streams: Streams) -> Run:
+def as_run(streams: Streams, axis: str = YAW.rate) -> Run:
     """Streams as the tracer takes them: one column each on the instants of all, NaN where a stream has no value."""
     time = np.unique(np.concatenate([t for t, _ in streams.values()]))
     columns = {}
     for name, (t, values) in streams.items():
         columns[name] = np.full(time.size, np.nan)
         columns[name][np.searchsorted(time, t)] = values
-    return Run("the recent data", time, columns.pop(YAW_RATE), columns.pop(TORQUE), columns)
+    return Run("the recent data", time, columns.pop(YAW_RATE), columns.pop(TORQUE), columns, axis)
 
 
 def _parts(streams: Streams, fresh: float) -> tuple[Streams, Streams]:
@@ -89,8 +91,40 @@ def _parts(streams: Streams, fresh: float) -> tuple[Streams, Streams]:
     return early, late
 
 
-def _fitted(problem: Problem, pairs: Sequence[tuple[Effect, Term]]) -> Fit:
-    hypothesis: Hypothesis = problem.start
-    for pair in pairs:
-        hypothesis = hypothesis.with_part(Part(*pair, fixed=True))
-    return fit(problem, hypothesis, problem.colour)
+def _recordings(streams: Streams, compensations: list[Compensation]) -> Recordings:
+    """One side of the data, with the names of the engine.
+
+    Raises:
+        BadInput: it holds too little.
+    """
+    names = {name: stream for each in compensations for name, stream in each.streams.items() if stream != YAW_RATE}
+    time = streams[YAW_RATE][0]
+    if time.size < MIN_SAMPLES_BEFORE or streams[TORQUE][0].size < 2:
+        needed = MIN_SAMPLES_BEFORE * float(np.median(np.diff(time))) if time.size > 1 else np.nan
+        raise BadInput(
+            f"{np.ptp(time) if time.size else 0.0:.3g} s of data are on one side of the trace's end, too few to learn "
+            f"the damping from: {needed:.3g} s are needed"
+        )
+    if any(streams[stream][0].size < 2 for stream in names.values()):
+        raise BadInput("a channel that the effects read is missing from the fresh data")
+    whole = {YAW_RATE: streams[YAW_RATE], TORQUE: streams[TORQUE]}
+    run = as_run(whole | {name: streams[stream] for name, stream in names.items()}, compensations[0].model.axis)
+    return recordings_of([run], list(names))
+
+
+def _with(base: Fit, recordings: Recordings, effects: Compensation) -> Fit:
+    """The plain model with effects as they are, fitted anew."""
+    windows, model = base.problem.windows, effects.model
+    structure = model.added_to(base.structure)
+    again = cut(_acting(recordings, effects).streams, structure, windows.step, windows.step * windows.steps)
+    return fit(structure, {**base.theta, **model.theta}, Problem(again), fixed=model.theta)
+
+
+def _acting(recordings: Recordings, effects: Compensation | None) -> Recordings:
+    """The recordings with the efforts that the effects let act."""
+    if effects is None:
+        return recordings
+    effort = effort_of(recordings.axis)
+    return replace(
+        recordings, streams=tuple({**run, effort: effects.model.acting(run[effort])} for run in recordings.streams)
+    )

@@ -3,27 +3,25 @@
 Effects such as a rotor's lag are faster than the samples. They are worked out on a fine grid of the vehicle's time, and
 then smoothed with the very weights of torque and yaw rate (`incsvr.signals.smoothing`): the parts add up to the torque.
 
-Like the samples, the parts follow from the stamps and values alone: a point of the grid is worked out once, as soon as
-nothing that may still come could change it.
+The grid comes in blocks, each worked out from a margin before it on, from the stamps and values there alone: how the
+messages come, and where a learner is stopped, make no difference.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import floor
+from math import ceil, floor, inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation, FilterState, GridSegment, plain_data
-from incsvr.numerics import Array, Streams
+from incsvr.compensation.effects_in_force import HEADING_CHANNEL, INERTIA, Compensation
+from incsvr.numerics import Array, Stream, Streams
 from incsvr.plant import damping_moment
 from incsvr.plant.body import DECLARED_INERTIA
-from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
+from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import BodyTorque, without
-from incsvr.signals.smoothing import Smoothed, smooth
-from incsvr.signals.streams import JUMP_S
+from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS, Smoothed, smooth
 from incsvr.signals.torque_takers import TorqueSplit
 
 STEPS_PER_WIDTH = 6
@@ -31,7 +29,7 @@ STEPS_PER_WIDTH = 6
 
 
 class TorqueLedger:
-    """Works out the effects along the streams; its memory is bounded by the streams' own.
+    """Works out the effects around samples; of the past it keeps whole turns of the heading alone.
 
     Where the axis is one of a `body`, what the rest of it takes is taken first.
     """
@@ -40,18 +38,12 @@ class TorqueLedger:
 
     def __init__(self, compensation: Compensation, settings: SignalSettings, body: BodyTorque | None = None) -> None:
         self._compensation, self._settings, self._body = compensation, settings, body
-        self._pairs = compensation.pairs()
         self._step = settings.smoothing / STEPS_PER_WIDTH
-        self._channels = compensation.reads(settings.channels)
-        self._next = 0
-        self._carried = FilterState()
-        self._time: Array = np.empty(0)
-        self._values: list[Array] = [np.empty(0) for _ in self._pairs]
-
-    @property
-    def needed(self) -> float:
+        self._margin = ceil(compensation.margin / self._step)
+        self._count = max(ceil(2.0 * settings.widest_reach / self._step), self._margin, 1)
+        self._turns: tuple[float, int] | None = None
+        self.needed = -inf
         """Stamps from here on are still needed [s]."""
-        return self._next * self._step - 2.0 * self._settings.longest_pause - max(self._compensation.delay, 0.0)
 
     @property
     def ahead(self) -> float:
@@ -59,29 +51,17 @@ class TorqueLedger:
         return max(-self._compensation.delay, 0.0)
 
     def advance(self, streams: Streams, until: float) -> None:
-        """Works out the grid up to and with a time [s] before which all streams are settled."""
-        end = floor(until / self._step)
-        while end * self._step <= until:
-            end += 1
-        index = _near(streams[YAW_RATE][0], self._step, self._settings.longest_pause)
-        index = index[(index >= self._next) & (index < end)]
-        self._next = max(self._next, end)
-        at = np.asarray(index * self._step, dtype=np.float64)
-        values = {
-            "rate": _linear(*streams[YAW_RATE], at, self._settings.longest_pause),
-            "torque": _linear(*streams[TORQUE], at, self._settings.longest_pause),
-            "delayed": _linear(*streams[TORQUE], at - self._compensation.delay, self._settings.longest_pause),
-            **{name: _linear(*streams[name], at, JUMP_S, name == HEADING_CHANNEL) for name in self._channels},
-        }
-        good = ~np.any(np.isnan(list(values.values())), axis=0)
-        if not good.any():
-            return
-        found = {name: each[good] for name, each in values.items()}
-        rate, torque, delayed = (found.pop(name) for name in ("rate", "torque", "delayed"))
-        piece = GridSegment(index[good], self._step, rate, torque, delayed, found)
-        parts, self._carried = self._compensation.split(piece, self._carried)
-        self._time = np.concatenate((self._time, at[good]))
-        self._values = [np.concatenate(pair) for pair in zip(self._values, parts, strict=True)]
+        """Takes the time [s] before which all streams are settled."""
+        settings = self._settings
+        earliest = until - settings.sample_period - 2.0 * settings.widest_reach
+        begin = floor(earliest / (self._step * self._count)) * self._count - self._margin
+        needed = begin * self._step - 2.0 * settings.longest_pause - max(self._compensation.delay, 0.0)
+        if self._compensation.reads_turns:
+            time, turns = self._counted(streams[HEADING_CHANNEL])
+            at = int(np.searchsorted(time, needed))
+            if at < time.size:
+                self._turns = float(time[at]), int(turns[at])
+        self.needed = needed
 
     def anew(self) -> TorqueLedger:
         """A ledger of the same effects that has seen nothing: the clocks began anew."""
@@ -91,70 +71,53 @@ class TorqueLedger:
         self, at: Array, streams: Streams, torque: Smoothed, yaw_rate: Smoothed, smoothing: float, gap: float
     ) -> TorqueSplit:
         """The torque of every effect, smoothed like the torque, for `TakesTorque.split`."""
-        settings = self._settings
+        settings, model = self._settings, self._compensation.model
         others = {} if self._body is None else self._body.parts(at, streams, smoothing, gap)
         torque = without(torque, others) if others else torque
         left = damping_moment(torque.value, yaw_rate.slope, settings.inertia)
         parts = {DECLARED_INERTIA: settings.inertia * yaw_rate.slope}
-        factors: list[tuple[str, Array]] = []
-        for (effect, term), values in zip(self._pairs, self._values, strict=True):
-            if effect.acts == "inertia":
-                part: Array = term.coefficients[0] * yaw_rate.slope
+        time, grid = self._around(at, streams, HALF_WINDOW_WIDTHS * smoothing)
+        for name, values in grid.items():
+            known = ~np.isnan(values)
+            if name == INERTIA:
+                parts[name] = (model.whole_inertia - model.inertia) * yaw_rate.slope
             else:
-                part = smooth(self._time, values, at, smoothing=smoothing, gap=gap).value
-            if effect.acts == "damping":
-                factors.append((term.effect, part))
-                continue
-            parts[term.effect] = parts.get(term.effect, 0.0) + part
-            left = left - part
-        for name, factor in factors:
-            damping = left / factor
-            parts[name] = parts.get(name, 0.0) + left - damping
-            left = damping
+                parts[name] = smooth(time[known], values[known], at, smoothing=smoothing, gap=gap).value
+            left = left - parts[name]
         return TorqueSplit(torque, left, parts | others)
 
     def forget(self, before: float) -> None:
-        """Drops the points before this time [s]."""
-        first = int(np.searchsorted(self._time, before))
-        self._time, self._values = self._time[first:], [values[first:] for values in self._values]
+        """Keeps nothing of single instants."""
 
     def to_dict(self) -> dict[str, Any]:
         """The whole state as plain data; `restore` goes on from it."""
-        return {
-            "next": self._next,
-            "carried": plain_data(self._carried),
-            "time": self._time.tolist(),
-            "values": [values.tolist() for values in self._values],
-        }
+        return {"turns": self._turns}
 
     def restore(self, data: Mapping[str, Any]) -> None:
         """Takes up what `to_dict` of a ledger of the same effects gave."""
-        self._next = int(data["next"])
-        self._carried = FilterState(**data["carried"])
-        self._time = np.array(data["time"], dtype=np.float64)
-        self._values = [np.array(values, dtype=np.float64) for values in data["values"]]
+        turns = data["turns"]
+        self._turns = None if turns is None else (float(turns[0]), int(turns[1]))
 
+    def _around(self, at: Array, streams: Streams, reach: float) -> tuple[Array, dict[str, Array]]:
+        """The blocks of the grid within reach of the instants, and the torque of each effect there."""
+        if self._compensation.reads_turns:
+            heading, turns = streams[HEADING_CHANNEL], self._counted(streams[HEADING_CHANNEL])[1]
+            streams = {**streams, HEADING_CHANNEL: (heading[0], heading[1] + 2.0 * np.pi * turns)}
+        length = self._step * self._count
+        blocks = np.unique(np.floor((at[:, None] + [-reach, 0.0, reach]) / length))
+        times, found = list[Array](), list[dict[str, Array]]()
+        for block in blocks.tolist():
+            index = np.arange(block * self._count - self._margin, (block + 1) * self._count)
+            parts = self._compensation.parts(streams, index * self._step, self._settings.longest_pause)
+            times.append(index[self._margin :] * self._step)
+            found.append({name: values[self._margin :] for name, values in parts.items()})
+        return np.concatenate(times), {name: np.concatenate([each[name] for each in found]) for name in found[0]}
 
-def _near(time: Array, step: float, gap: float) -> NDArray[np.int64]:
-    """The numbers of all grid points between two stamps at most `gap` apart, and some beside; pauses cost nothing."""
-    whole = np.flatnonzero(np.diff(time) <= gap)
-    first = np.floor(time[whole] / step).astype(np.int64)
-    counts = np.floor(time[whole + 1] / step).astype(np.int64) + 2 - first
-    return np.unique(np.repeat(first - (np.cumsum(counts) - counts), counts) + np.arange(counts.sum()))
-
-
-def _linear(time: Array, value: Array, at: Array, gap: float, turning: bool = False) -> Array:
-    """A stream at (n,) instants, linear between two stamps at most `gap` apart, else NaN; `turning` for an angle.
-
-    Each value follows from its two neighbours alone, to the last bit.
-    """
-    if time.size < 2:
-        return np.full(at.size, np.nan)
-    after = np.searchsorted(time, at, side="left")
-    inside = (after > 0) & (after < time.size)
-    after = np.clip(after, 1, time.size - 1)
-    width, rise = time[after] - time[after - 1], value[after] - value[after - 1]
-    if turning:
-        rise = rise - 2.0 * np.pi * np.rint(rise / (2.0 * np.pi))
-    found = value[after - 1] + (at - time[after - 1]) / width * rise
-    return np.where(inside & (width <= gap), found, np.nan)
+    def _counted(self, heading: Stream) -> Stream:
+        """(n,) stamps of a heading [s], and by how many whole turns it is more than its values."""
+        time, value = heading
+        turns = -np.cumsum(np.rint(np.diff(value, prepend=value[:1]) / (2.0 * np.pi)))
+        if self._turns is not None and time.size:
+            since, counted = self._turns
+            turns = turns + (counted - turns[min(int(np.searchsorted(time, since)), time.size - 1)])
+        return time, turns

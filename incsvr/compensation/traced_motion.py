@@ -2,50 +2,65 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
-from incsvr.effects import Signals
-from incsvr.free_run.motions import Motion
-from incsvr.numerics import Array, Streams
-from incsvr.tracing.model import TracedModel
-
-STEPS_PER_SCALE = 40.0
-"""Steps of the simulation in the vehicle's time scale."""
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.model.rows import Factor, Part, Row
+from incsvr.model.series import effort_of
+from incsvr.model.simulation import simulate
+from incsvr.model.structure import Structure
+from incsvr.model.windows import cut
+from incsvr.numerics import Array, Stream, Streams
+from incsvr.signals import TORQUE, YAW_RATE
 
 
 def traced_free_run_errors(
-    pieces: Sequence[tuple[Motion, Streams]], compensation: Compensation, damping: Callable[[Array], Array]
+    pieces: Sequence[Streams],
+    compensation: Compensation,
+    damping: Callable[[Array], Array],
+    steps: float = 40.0,  # in the vehicle's time scale
+    cells: int = 200,  # of the damping's table to either side
 ) -> list[Array]:
-    """(m,) simulated minus measured yaw rate of each motion [rad/s], from its first measured yaw rate with torque and
+    """(m,) simulated minus measured yaw rate of each piece [rad/s], from its first measured yaw rate with torque and
     channels.
 
     Args:
-        pieces: each motion with the streams of its recording, name → (stamps [s], values).
+        pieces: without a pause, name → (stamps [s], values).
         compensation: the effects.
         damping: the learned d(r), (n,) rad/s → (n,) N m.
     """
-    reach = 2.0 * max((float(np.abs(motion.yaw_rate).max()) for motion, _ in pieces), default=1e-3)
-    rate = np.linspace(-reach, reach, 401)
-    model = replace(compensation.model, rate=rate, damping=damping(rate))
-    return [_error(model, motion, streams) for motion, streams in pieces]
+    if not pieces:
+        return []
+    model, axis = compensation.model, compensation.model.axis
+    width = 2.0 * max(1e-3, *(float(np.abs(piece[YAW_RATE][1]).max()) for piece in pieces)) / cells
+    table = damping(width * np.arange(-cells, cells + 1))
+    own = Row("learned", (Part(axis, Factor("curve", axis, width, tuple(table.tolist()))),))
+    names = {name: stream for name, stream in compensation.streams.items() if stream != YAW_RATE}
+    given = {axis: math.log(model.inertia)}
+    structure = model.added_to(Structure((axis,), (axis,), (own,), given=given, channels=tuple(names)))
+    theta, runs = {own.key: 1.0, **model.theta}, []
+    for piece in pieces:
+        begin, end = piece[YAW_RATE][0][[0, -1]].tolist()
+        series = {axis: piece[YAW_RATE], effort_of(axis): model.acting(piece[TORQUE])}
+        series |= {name: piece[stream] for name, stream in names.items()}
+        runs.append({name: _over(stream, begin, end + model.scale) for name, stream in series.items()})
+    windows = cut(runs, structure, model.scale / steps, np.inf)
+    course = simulate(structure, np.array([theta[name] for name in structure.names]), windows, windows.starts)
+    found = []
+    for k, (piece, grid) in enumerate(zip(pieces, windows.grids, strict=True)):
+        time, measured = piece[YAW_RATE]
+        found.append(np.interp(time, windows.edges(grid), course.states[: grid.steps + 1, 0, k]) - measured)
+    return found
 
 
-def _error(model: TracedModel, motion: Motion, streams: Streams) -> Array:
-    """(m,) simulated minus measured yaw rate [rad/s]."""
-    step = model.scale / STEPS_PER_SCALE
-    time: Array = np.arange(motion.rate_time[0], motion.rate_time[-1] + 2.0 * step, step, dtype=np.float64)
-    heading = np.zeros(time.size)
-    if HEADING_CHANNEL in streams:
-        heading = np.interp(time, streams[HEADING_CHANNEL][0], np.unwrap(streams[HEADING_CHANNEL][1]))
-    signals = Signals(
-        step=step, start=np.array([0, time.size], dtype=np.intp), time=time,
-        rate=np.interp(time, motion.rate_time, motion.yaw_rate),
-        torque=np.interp(time, motion.torque_time, motion.torque), heading=heading,
-        channels={name: np.interp(time, *values) for name, values in streams.items()},
-    )  # fmt: skip
-    index, simulated = model.simulate(signals)
-    return np.asarray(np.interp(motion.rate_time, time[index], simulated) - motion.yaw_rate)
+def _over(stream: Stream, begin: float, end: float) -> Stream:
+    """A stream that reaches over a span [s]; before and after its values it is constant."""
+    time, value = stream
+    before, after = time[:1] > begin, time[-1:] < end
+    return (
+        np.concatenate((np.full(before.sum(), begin), time, np.full(after.sum(), end))),
+        np.concatenate((value[:1][before], value, value[-1:][after])),
+    )

@@ -1,5 +1,6 @@
 """Yaw rate and torque from one command to the next, as a controller sees them: nothing in a cell answers what happens
-in it, so that errors of prediction over cells are sound in closed loop, too (`incsvr.tracing.innovations`)."""
+in it, so that errors of prediction over cells are sound in closed loop, too (U. Forssell, L. Ljung, Automatica 35,
+1999)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The noise of errors of prediction from one command to the next: (1 − φB) e = (1 + c₁B + c₂B²) innovation.
 
-The water lasts, and the gyro's noise comes with both its signs. It is the noise of `incsvr.tracing.errors.Colour`,
-filtered here by LAPACK's banded solver: a learner does without SciPy's filters, which take 60 MB.
+The water lasts, and the gyro's noise comes with both its signs. LAPACK's banded solver filters it: a learner does
+without SciPy's filters, which take 60 MB.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     I ṙ = τ − d(r) + w,  ψ̇ = r,  w a first-order Gauss–Markov process
 
 Where damping goes by other velocities, too, these are given along the runs; traced effects stand between τ and what
-drives, or scale d (`incsvr.forecasting.effects_ahead`).
+drives (`incsvr.forecasting.effects_ahead`).
 
 The mean follows an exponential (Rosenbrock–Euler) step, which is stable for any step and exact where d is a line. The
 covariance of (r, ψ, w) follows the same linearisation. The doubt of the curve is no noise: it is off to one side for
@@ -25,7 +25,7 @@ from incsvr.forecasting.damping_tables import Curve, CurveAmongOthers
 from incsvr.numerics import Array
 
 if TYPE_CHECKING:
-    from incsvr.forecasting.effects_ahead import EffectsOnRuns
+    from incsvr.forecasting.effects_ahead import EffectsAhead
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ def propagate(
     rate_sigma: float,
     torque: Array,
     step: float,
-    effects: EffectsOnRuns | None = None,
+    effects: EffectsAhead | None = None,
 ) -> Runs:
     """n free runs of the same length.
 
@@ -77,18 +77,14 @@ def propagate(
             break
         before = r
         moment = 0.5 * (torque[k] + torque[k + 1])
-        if effects is not None:
-            r = effects.rubbed(r)
         damping, slope, sigma = curve.at(r, k)
         if effects is not None:
-            driving, falls, factor = effects.at(k, r, psi)
-            moment = moment + driving
-            damping, sigma, slope = factor * damping, factor * sigma, np.maximum(factor * slope + falls, 0.0)
+            driving, falls = effects.at(k, r, psi)
+            moment, slope = moment + driving, np.maximum(slope + falls, 0.0)
         decay = np.exp(-slope * step / curve.inertia)
         gain = np.where(slope != 0.0, (1.0 - decay) / np.where(slope == 0.0, 1.0, slope), step / curve.inertia)
         r = r + gain * (moment - damping)
         if effects is not None:
-            r = effects.rubbed(r)
             effects.moved(0.5 * (before + r), step)
         psi = psi + 0.5 * step * (before + r)
         off_before = off_r

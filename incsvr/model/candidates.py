@@ -109,7 +109,7 @@ def rank(candidate: Candidate) -> tuple[int, int, int]:
     """The order in which equal effects are preferred: those that imitate few others, of few numbers, of no channel."""
     name, _, axis = candidate.name.partition("@")
     kind, _, of = name.partition(":")
-    late = kind in ("coulomb_asymmetry", "modulation") or (kind == "coriolis" and axis in of.split("*"))
+    late = kind in ("coulomb_asymmetry", "modulation", "gyro_bias") or (kind == "coriolis" and axis in of.split("*"))
     return 2 if imitates(candidate) else int(late), len(candidate.start), int(bool(of))
 
 

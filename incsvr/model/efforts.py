@@ -51,6 +51,19 @@ class Stage:
             u = np.where(u < 0.0, self.reverse * u, u)
         return u
 
+    def undone(self, effort: Array, top: float) -> Array:
+        """(n,) the samples of which the static stages make these; beyond the limit, those of the limit."""
+        u = effort
+        if self.reverse is not None:
+            u = np.where(u < 0.0, u / self.reverse, u)
+        if self.limit is not None:
+            u = np.clip(u, -self.limit, self.limit)
+        if self.dead is not None:
+            u = u + np.sign(u) * abs(self.dead)
+        if self.exponent is not None:
+            u = top * np.sign(u) * np.abs(u / top) ** (1.0 / self.exponent)
+        return u
+
 
 def means(stream: Stream, edges: Array, way: str, stage: Stage, top: float) -> Array:
     """(steps,) the mean effort between the edges [s], which are evenly spaced, after its stages."""

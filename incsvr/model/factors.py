@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -30,6 +31,7 @@ BY_WIDTH: dict[str, Function] = {
     "wave": lambda width, x, out=None: np.sin(width * x, out),
     "wave_later": lambda width, x, out=None: np.cos(width * x, out),
     "about": lambda width, x, out=None: np.subtract(x, width, out),
+    "raised": lambda width, x, out=None: np.add(np.abs(x), width, out),
     "bend": lambda width, x, out=None: np.subtract(x, np.minimum(np.maximum(x, -width), width), out),
     "beyond": lambda width, x, out=None: np.multiply(np.abs(x) > width, 1.0, out),
     "after": lambda width, x, out=None: np.multiply(x >= width, 1.0, out),
@@ -38,7 +40,8 @@ BY_WIDTH: dict[str, Function] = {
 SLOPES = {
     "value": (1.0, "one"), "size": (1.0, "signum"), "square": (2.0, "value"), "root": (1.0, "root_slope"),
     "sine": (1.0, "cosine"), "cosine": (-1.0, "sine"), "sine2": (2.0, "cosine2"), "cosine2": (-2.0, "sine2"),
-    "drag": (2.0, "size"), "sign": (1.0, "sign_slope"), "about": (1.0, "one"), "bend": (1.0, "beyond"),
+    "drag": (2.0, "size"), "sign": (1.0, "sign_slope"), "about": (1.0, "one"),
+    "raised": (1.0, "signum"), "bend": (1.0, "beyond"),
 }  # fmt: skip
 """The slope of a kind of factor by its signal, as a number times a kind of factor."""
 SLOPES_OF_DOWN = {
@@ -53,6 +56,9 @@ def slopes(factor: Factor) -> tuple[tuple[float, Factor, str], ...]:
     """The slopes of a factor by each signal on which it depends: a number, a factor, and the signal's name."""
     if factor.kind in SLOPES_OF_DOWN:
         return SLOPES_OF_DOWN[factor.kind]
+    if factor.kind == "curve":
+        rise = tuple(np.gradient(np.array(factor.table), factor.width).tolist())
+        return ((1.0, replace(factor, table=rise), factor.of),)
     if factor.kind not in SLOPES:
         return ()
     number, kind = SLOPES[factor.kind]
@@ -86,6 +92,9 @@ class Factors:
             if each.kind in BY_WIDTH:
                 by_width = partial(BY_WIDTH[each.kind], each.width)
                 self._functions.append((by_width, slice(at[each.of], at[each.of] + 1), slice(count, count + 1)))
+            elif each.kind == "curve":
+                by_table = partial(_on_curve, np.array(each.table), each.width)
+                self._functions.append((by_table, slice(at[each.of], at[each.of] + 1), slice(count, count + 1)))
             elif each.kind.startswith("down"):
                 self._down.append((each.kind, count))
             else:
@@ -117,6 +126,8 @@ def one_by_one(factor: Factor, signals: Mapping[str, Array]) -> Array:
         return signals[factor.of]
     if factor.kind in BY_WIDTH:
         return BY_WIDTH[factor.kind](factor.width, signals[factor.of])
+    if factor.kind == "curve":
+        return _on_curve(np.array(factor.table), factor.width, signals[factor.of])
     if factor.kind.startswith("down"):
         return _down(factor.kind, signals["roll"], signals["pitch"])
     return SIMPLE[factor.kind](signals[factor.of])
@@ -124,6 +135,13 @@ def one_by_one(factor: Factor, signals: Mapping[str, Array]) -> Array:
 
 def _gathered(function: Function, values: Array, of: Indices, out: Array) -> Array:
     return function(values[..., of, :], out)
+
+
+def _on_curve(table: Array, width: float, x: Array, out: Array | None = None) -> Array:
+    """A table's lines between its values, the last of which go on beyond it."""
+    place = x / width + 0.5 * (table.size - 1)
+    cell = np.clip(np.nan_to_num(place), 0.0, table.size - 2.0).astype(np.intp)
+    return np.asarray(np.add(table[cell], (place - cell) * (table[cell + 1] - table[cell]), out))
 
 
 def _down(kind: str, roll: Array, pitch: Array, out: Array | None = None) -> Array:

@@ -6,7 +6,7 @@ each window's share of the normal equations can be subtracted when the window is
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -124,6 +124,7 @@ def fit(
     theta: Mapping[str, float],
     problem: Problem,
     starts: Array | None = None,
+    fixed: Collection[str] = (),
     rounds: int = 12,  # nearly all fits end by themselves before
     tolerance: float = 1e-3,  # of the cost, one unit of which is a factor e of likelihood
 ) -> Fit:
@@ -132,10 +133,13 @@ def fit(
     Args:
         theta: where it begins; parameters that the structure does not have are ignored.
         starts: (axes, windows) where the windows' starts begin; None for the measured ones.
+        fixed: parameters that stay as they are.
     """
     windows, names = problem.windows, structure.names
     low, high = np.array([structure.bounds(name) for name in names]).reshape(-1, 2).T
     point = np.clip(np.array([theta[name] for name in names]), low, high)
+    stay = np.isin(names, list(fixed))
+    low, high = np.where(stay, point, low), np.where(stay, point, high)
     begin = windows.starts.copy() if starts is None else starts
     units = np.array([unit(name, structure, theta, windows) for name in names])
     counts = np.ones(windows.first.size) if problem.counts is None else problem.counts

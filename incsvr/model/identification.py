@@ -30,6 +30,8 @@ class Identification:
 
     Attributes:
         found: the effects that the plain model lacks, as a predictor, which is right in open and in closed loop.
+        base: the same without effects, with damping of any shape for one axis.
+        effects: that were tried, by name the rows of each.
         reliability: by axis, the share of its effort's variance that is no noise.
         models: simulators, fitted to free courses of windows: `plain`, `effects` where any was found, and both with
             `, free inertia` where any is declared.
@@ -38,6 +40,8 @@ class Identification:
     """
 
     found: Found
+    base: Fit
+    effects: Mapping[str, Sequence[Row]]
     reliability: Mapping[str, float]
     models: Mapping[str, Fit]
     excluded: Mapping[str, Array]
@@ -178,12 +182,14 @@ def identify(
     effects = pool(plain.structure, base.fit.problem.windows.runs)
     if len(axes) == 1 and "time" in plain.structure.channels:
         effects |= catalogue.waves(axes[0], frequencies(base.fit, 0))
+    if axes == ["yaw_rate"]:
+        effects |= catalogue.gyro_zero(axes[0], *(found.theta[f"{name}@{axes[0]}"] for name in ("linear", "quadratic")))
     effects = {name: rows for name, rows in effects.items() if name.partition("@")[0].partition(":")[0] not in leave}
     result = search(base, effects, most, say=say)
     models = _simulators(found, result)
     excluded = excluded_free_runs(models, runs)
     say(f"free runs of excluded recordings: {excluded}")
-    return Identification(result, base.reliability, models, excluded)
+    return Identification(result, base.fit, effects, base.reliability, models, excluded)
 
 
 def _with_curve(plain: Fit, runs: Sequence[Streams]) -> Fit:

@@ -51,15 +51,26 @@ def blocks(windows: Windows, most: int = 4) -> Indices:
 
 def left_out(found: Fit) -> Array:
     """(windows,) the cost of each window by the fit without its fold, which is a step of the whole fit away."""
-    problem, windows = found.problem, found.problem.windows
-    fold, cost = folds(windows), found.cost.copy()
-    steps = _steps(found)
-    begins = found.starts[:, None] - np.einsum("awp,pk->akw", found.slopes.by_theta, steps)
-    errors = problem.errors(predict(found.structure, fold_parameters(found), windows, begins))
+    fold, cost = folds(found.problem.windows), found.cost.copy()
+    errors, begins = _by_fold(found)
     for j, k in enumerate(np.unique(fold)):
         own = fold == k
-        cost[own] = costs_of(errors[:, j], found.scale, problem, begins[:, j])[own]
+        cost[own] = costs_of(errors[:, j], found.scale, found.problem, begins[:, j])[own]
     return cost
+
+
+def left_out_errors(found: Fit) -> Array:
+    """(samples,) the errors of each window by the fit without its fold."""
+    windows, (errors, _) = found.problem.windows, _by_fold(found)
+    which = np.unique(folds(windows), return_inverse=True)[1][windows.window]
+    return np.asarray(errors[np.arange(which.size), which])
+
+
+def _by_fold(found: Fit) -> tuple[Array, Array]:
+    """(samples, folds) the errors of the fits without each fold, and (axes, folds, windows) their starts."""
+    problem, windows = found.problem, found.problem.windows
+    begins = found.starts[:, None] - np.einsum("awp,pk->akw", found.slopes.by_theta, _steps(found))
+    return problem.errors(predict(found.structure, fold_parameters(found), windows, begins)), begins
 
 
 def fold_parameters(found: Fit) -> Array:

@@ -24,15 +24,19 @@ class Factor:
     Attributes:
         kind: one (1), value (x), size (|x|), square (x²), root (√|x|), sign (tanh(x / width)), sine, cosine, sine2 and
             cosine2 (of the double angle), wave and wave_later (sine and cosine of width times x), drag (x |x|), about
-            (x − width), bend (the part of x beyond ± width), after (0 before `width`, then 1), or a part of the
-            downward direction in the body's frame: down_x, down_y, down_z, from roll and pitch (Fossen 2011, Eq. 2.18).
+            (x − width), raised (|x| + width), bend (the part of x beyond ± width), after (0 before `width`, then 1),
+            curve (by its table), or a part of the downward direction in the body's frame: down_x, down_y, down_z, from
+            roll and pitch (Fossen 2011, Eq. 2.18).
         of: the signal's name: a velocity, an effort that acts, a channel, an angle, or a row's memory.
-        width: of a sign, a mean, or the instant of a step [unit of the signal]; the frequency of a wave [rad/s].
+        width: of a sign, a mean, a cell of a table, or the instant of a step [unit of the signal]; the frequency of a
+            wave [rad/s].
+        table: of a curve: its values `width` apart, the middle one at zero.
     """
 
     kind: str
     of: str = ""
     width: float = 0.0
+    table: tuple[float, ...] = ()
 
 
 ONE = Factor("one")
@@ -136,6 +140,16 @@ def own(rate: str, fast: float, driven: bool) -> tuple[Row, ...]:
     if driven:
         found.append(row("inflow", rate, value(rate), Factor("root", effort_of(rate)), low=0.0))
     return tuple(found)
+
+
+def gyro_zero(rate: str, linear: float, quadratic: float) -> dict[str, tuple[Row, ...]]:
+    """A rate that a gyro shows too much, b: to first order −d′(r) b is missing of a damping d1 r + d2 |r| r.
+
+    Where d is linear that is a constant moment: it has no row then.
+    """
+    if quadratic <= 0.0:
+        return {}
+    return {"gyro_bias": (row("gyro_bias", rate, Factor("raised", rate, linear / (2.0 * quadratic))),)}
 
 
 def memory(rate: str, lags: Sequence[float]) -> Row:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from incsvr.model.candidates import Candidate, candidates, imitates, joined, rank, scales_thrust, without
-from incsvr.model.directions import Directions, Evidence, directions
+from incsvr.model.directions import Evidence, directions
 from incsvr.model.factors import one_by_one
 from incsvr.model.fitting import Fit, fit
 from incsvr.model.left_out import gain, left_out
@@ -43,11 +43,13 @@ class Found:
         fit: the model, as a predictor.
         added: effects in the order in which they were added.
         refused: names, with the reason.
+        weighed: the last candidates, none of which was added, each with its evidence.
     """
 
     fit: Fit
     added: tuple[Added, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
+    weighed: tuple[tuple[Candidate, Evidence], ...] = ()
 
 
 def search(
@@ -66,9 +68,12 @@ def search(
         say: takes a line for each decision.
     """
     found, added, refused = base.fit, list[Added](), dict[str, str]()
+    weighed = list[tuple[Candidate, Evidence]]()
     plain = found.structure
     while len(added) < most * len(plain.axes):
-        best = [each for each in _best(found, base, effects, refused, enough, say) if not _is_rest(each, added)]
+        best = [
+            each for each in _best(found, base, effects, refused, weighed, enough, say) if not _is_rest(each, added)
+        ]
         if not best:
             break
         new = found.structure
@@ -86,7 +91,7 @@ def search(
                 refused[each.name] = f"with {' and '.join(one.name for one in best)} it explains nothing any more"
                 found = rest
                 added.remove(each)
-    return Found(found, tuple(added), refused)
+    return Found(found, tuple(added), refused, tuple(weighed))
 
 
 def _is_rest(best: Added, added: Sequence[Added], share: float = 0.15) -> bool:
@@ -102,20 +107,27 @@ def _best(
     base: Predictor,
     effects: Mapping[str, Sequence[Row]],
     refused: dict[str, str],
+    beside: list[tuple[Candidate, Evidence]],
     enough: float,
     say: Callable[[str], None],
     fitted: int = 5,  # of the effects of one axis that promise most; of each of several, two
 ) -> list[Added]:
-    """The best effect of each axis that convinces; adds to `refused` those that drive the vehicle."""
+    """The best effect of each axis that convinces; adds to `refused` those that drive the vehicle.
+
+    Args:
+        beside: takes all candidates with their evidence.
+    """
     every = [
         each
         for each in candidates(found.structure, found.theta, effects, found.problem.windows)
         if each.name not in refused and not (scales_thrust(each.name) and _is_noise(base, each.name))
     ]
+    beside.clear()
     if not every:
         return []
     weighed = directions(found, every)
-    sound = sorted(_convincing(weighed, every, enough), key=lambda one: -one[0].excluded.total)
+    beside += [(each, weighed.evidence(k)) for k, each in enumerate(every)]
+    sound = sorted(convincing(beside, enough), key=lambda one: -one[0].excluded.total)
     first: dict[str, tuple[Evidence, Candidate]] = {}
     for evidence, each in sound:
         first.setdefault(each.name, (evidence, each))
@@ -123,8 +135,8 @@ def _best(
     most = fitted if len(axes) == 1 else 2
     looked = [one for axis in axes for one in _of_axis(first.values(), axis)[:most]]
     looked += [
-        (weighed.evidence(k), each)
-        for k, each in enumerate(every)
+        (evidence, each)
+        for each, evidence in beside
         if each.name.startswith("inertia@") and each.name not in {one[1].name for one in looked}
     ]
     trials = []
@@ -174,11 +186,10 @@ def _gains(found: Fit, new: Fit) -> bool:
     return reached.deviations >= 3.0 and reached.agreeing >= 0.75
 
 
-def _convincing(weighed: Directions, every: Sequence[Candidate], enough: float) -> list[tuple[Evidence, Candidate]]:
+def convincing(weighed: Iterable[tuple[Candidate, Evidence]], enough: float = 12.0) -> list[tuple[Evidence, Candidate]]:
     """The candidates whose first step gains clearly on excluded windows, in a direction that makes sense."""
     found = []
-    for k, each in enumerate(every):
-        evidence = weighed.evidence(k)
+    for each, evidence in weighed:
         wrong = each.one_sided and evidence.step[0] < 0.0
         wrong |= any(value < 0.0 and row.low > -np.inf for row, value in zip(each.rows, evidence.step, strict=False))
         one, needed = evidence.excluded, (2.0 if imitates(each) else 1.0) * enough

@@ -9,7 +9,8 @@ import numpy as np
 
 from incsvr.model.fitting import Fit
 from incsvr.model.intervals import covariance
-from incsvr.model_trace.vocabulary import Here, Parameters, here, word_of
+from incsvr.model_trace.effect_values import Here, Parameters, here
+from incsvr.model_trace.vocabulary import word_of
 from incsvr.numerics import Array
 
 POSITIVE = ("time_constant_s", "half_width_nm", "limit_nm", "reverse_efficiency", "exponent", "inertia_kg_m2")

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from incsvr.model.identification import Identification
+from incsvr.model_trace.disturbance import disturbance
+from incsvr.model_trace.held_out import Errors, beats_zero, horizons, trivial
+from incsvr.model_trace.statistics import Change, change_of_rms, rms
+from incsvr.model_trace.thresholds import INDEPENDENT_BLOCK_SCALES, TORQUE_BLOCK_SCALES
 from incsvr.model_trace.unseen import Judge
 from incsvr.numerics import Array, root_mean_square
-from incsvr.tracing.disturbance import disturbance
-from incsvr.tracing.held_out import Errors, horizons, trivial
-from incsvr.tracing.statistics import Change, change_of_rms
-from incsvr.tracing.thresholds import INDEPENDENT_BLOCK_SCALES, TORQUE_BLOCK_SCALES
 
-PLAIN, OUTPUT_ERROR = "plain", "plain, free inertia"
-"""Names of the engine's models: the declared one with learned damping, and the same with a free inertia."""
+PLAIN, EFFECTS, OUTPUT_ERROR = "plain", "effects", "plain, free inertia"
+"""Names of the engine's models: the declared one with learned damping, with effects, and with a free inertia alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class Proof:
     Attributes:
         error: the contract's.
         before, after: errors of the declared model, and of the best simulator.
-        proven: whether the model with all effects is better than each rival, each interval below zero.
+        proven: whether the model with the effects is better than each rival, each interval below zero.
     """
 
     error: dict[str, Any]
@@ -36,78 +36,100 @@ class Proof:
     proven: bool
 
 
-def prove(found: Identification, unseen: Judge, fitted: Judge, closed: bool) -> Proof:
+def prove(found: Identification, best: str, unseen: Judge, fitted: Judge, closed: bool) -> Proof:
     """The errors of the models on unseen data.
 
     Args:
+        best: name of the model with the effects.
         unseen: judges by recordings, or by folds, that the fits did not use.
         fitted: judges by the whole fits on the recordings that they used.
-        closed: whether the torque answers the rate, so that predictions decide.
+        closed: whether the torque answers the rate, so that predictions of the next sample decide.
     """
-    named = {name: unseen.errors(model) for name, model in found.models.items() if name in _judged(found)}
-    before, after = named[PLAIN], named[found.best]
-    free = _changes({name: each.free_run for name, each in named.items()} | _simple(before.measured), after.free_run,
-                    INDEPENDENT_BLOCK_SCALES * unseen.scale / unseen.sample)  # fmt: skip
-    torque = _changes({name: each.torque for name, each in named.items()} | _held(found, unseen), after.torque,
-                      INDEPENDENT_BLOCK_SCALES / TORQUE_BLOCK_SCALES)  # fmt: skip
-    left = np.concatenate(fitted.torque(found.model))
-    sizes = {name: each.to_dict()["free_run_rmse"] for name, each in named.items()}
+    model, plain = found.models[best], found.models[PLAIN]
+    alone = OUTPUT_ERROR if OUTPUT_ERROR in found.models else PLAIN  # the plain model reads no other velocity
+    named = {PLAIN: unseen.errors(plain)}
+    for name in {alone, best} - {PLAIN}:
+        named[name] = unseen.errors(found.models[name], free_runs_alone=name != best)
+    hold = held(unseen, model.structure.inertia(model.theta, unseen.recordings.axis))
+    left = np.concatenate(fitted.torque(model))
+    floor = root_mean_square(left)
+    if closed:
+        better = {PLAIN: found.base, best: found.found.fit if best != PLAIN else found.base}
+        for name, predictor in better.items():
+            named[name] = replace(named[name], torque=unseen.next_samples(predictor))
+        floor = root_mean_square(np.concatenate(fitted.next_samples(better[best])))
+        hold = unseen.next_samples(found.base, keeps=True)
+    before, after = named[PLAIN], named[best]
+    changes = compared(named, best, unseen, hold)
+    sizes = {name: rms(each.free_run) for name, each in named.items()}
     of_simple = trivial(before.measured)
-    alone = OUTPUT_ERROR if OUTPUT_ERROR in named else PLAIN  # of one axis the plain model reads no other velocity
     every = {name: each["free_run_rmse"] for name, each in of_simple.items()}
-    every |= {"output_error": sizes[alone], "before": sizes[PLAIN], "after": sizes[found.best]}
-    best = min(every, key=lambda name: (every[name], name != "after"))
+    every |= {"output_error": sizes[alone], "before": sizes[PLAIN], "after": sizes[best]}
+    first = min(every, key=lambda name: (every[name], name != "after"))
+    beside = {"free_run_rmse": sizes[alone]}
     error = {
         "before": before.to_dict(),
         "after": after.to_dict(),
-        "change": {"torque_rmse": torque[PLAIN].to_dict(), "free_run_rmse": free[PLAIN].to_dict()},
-        "floor": {"torque_rmse": root_mean_square(left)},
-        "trivial": {
-            **of_simple,
-            "output_error": {"free_run_rmse": sizes[alone]},
-            "axis_alone": {"free_run_rmse": sizes[alone]},
-        },
-        "best": {"name": best, "free_run_rmse": every[best]},
+        "change": changes.of(PLAIN),
+        "floor": {"torque_rmse": floor},
+        "trivial": {**of_simple, "output_error": beside, "axis_alone": beside},
+        "best": {"name": first, "free_run_rmse": every[first]},
         "horizons": horizons(before.ahead, after.ahead),
         "validated_on": "blocks" if unseen.excluded else "recordings",
         "disturbance": disturbance(left, fitted.block, np.concatenate(fitted.efforts())),
     }
-    decisive = torque if closed else free
-    rivals = [change for name, change in decisive.items() if name not in _same(found)]
-    holds = all(change.high < 0.0 for change in rivals)
-    return Proof(error, before, after, holds and has_effects(found))
+    proven = best != PLAIN and changes.all_better(closed, {best}) and beats_zero(error)
+    return Proof(error, before, after, proven)
 
 
-def has_effects(found: Identification) -> bool:
-    """Whether the best simulator has every effect that was added, and any was."""
-    keys = {key for each in found.found.added for key in each.candidate.start}
-    inertia_alone = all(key.startswith("mass:") for key in keys) and keys <= set(found.model.names)
-    return bool(keys) and (found.best.startswith("effects") or inertia_alone)
+@dataclass(frozen=True, slots=True)
+class Changes:
+    """The changes from each rival's errors to a model's, by the rival's name.
+
+    Attributes:
+        free: of free runs [rad/s].
+        torque: of the predicted torque [N m].
+    """
+
+    free: Mapping[str, Change]
+    torque: Mapping[str, Change]
+
+    def all_better(self, closed: bool, same: Collection[str] = ()) -> bool:
+        """Whether the model is better than each rival, but for those that are the same model: what proves it.
+
+        Args:
+            closed: whether the torque answers the rate, so that predictions decide, else free runs.
+        """
+        decisive = self.torque if closed else self.free
+        return all(change.high < 0.0 for name, change in decisive.items() if name not in same)
+
+    def of(self, rival: str) -> dict[str, dict[str, float]]:
+        """The contract's `change`, from one rival."""
+        return {"torque_rmse": self.torque[rival].to_dict(), "free_run_rmse": self.free[rival].to_dict()}
 
 
-def _judged(found: Identification) -> set[str]:
-    return {PLAIN, OUTPUT_ERROR, found.best}
+def compared(named: Mapping[str, Errors], model: str, unseen: Judge, hold: Sequence[Array]) -> Changes:
+    """The changes to one model from the others, from a velocity of zero, and from the first one kept.
+
+    Args:
+        named: errors of models, on the same data; of some the free runs alone.
+        model: the name of the one.
+        unseen: judges on these data.
+        hold: the errors of the torque where the velocity stays as it is [N m].
+    """
+    measured, after = named[model].measured, named[model]
+    free = {name: each.free_run for name, each in named.items()}
+    free |= {"zero": measured, "hold": tuple(piece - piece[0] for piece in measured)}
+    torque = {name: each.torque for name, each in named.items() if each.torque} | {"hold": tuple(hold)}
+    return Changes(
+        _changes(free, after.free_run, INDEPENDENT_BLOCK_SCALES * unseen.scale / unseen.sample),
+        _changes(torque, after.torque, INDEPENDENT_BLOCK_SCALES / TORQUE_BLOCK_SCALES),
+    )
 
 
-def _same(found: Identification) -> set[str]:
-    """Names of models that are the best one itself: where the inertia alone was added, output error is the model."""
-    own = found.model
-    return {
-        name
-        for name, each in found.models.items()
-        if set(each.names) == set(own.names) and each.structure.shift_priors == own.structure.shift_priors
-    }
-
-
-def _simple(measured: Sequence[Array]) -> dict[str, Sequence[Array]]:
-    """Errors of a velocity of zero, and of the first one kept."""
-    return {"zero": measured, "hold": [piece - piece[0] for piece in measured]}
-
-
-def _held(found: Identification, unseen: Judge) -> dict[str, Sequence[Array]]:
-    """The torque by which a velocity that is kept is wrong [N m]."""
-    inertia = found.model.structure.inertia(found.model.theta, unseen.recordings.axis)
-    return {"hold": [inertia * each for each in unseen.torque(None)]}
+def held(unseen: Judge, inertia: float) -> tuple[Array, ...]:
+    """The torque by which a velocity that is kept over a block is wrong [N m]; of an inertia [kg m²]."""
+    return tuple(inertia * each for each in unseen.torque(None))
 
 
 def _changes(rivals: Mapping[str, Sequence[Array]], after: Sequence[Array], length: float) -> dict[str, Change]:

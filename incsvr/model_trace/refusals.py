@@ -12,15 +12,15 @@ from incsvr.model.identification import Identification
 from incsvr.model.series import effort_of, noise, values
 from incsvr.model_trace.proof import OUTPUT_ERROR, PLAIN
 from incsvr.model_trace.recordings import Recordings
-from incsvr.plant.axes import of_rate
-from incsvr.plant.words import words_of
-from incsvr.tracing.thresholds import (
+from incsvr.model_trace.thresholds import (
     IDLE_TORQUE_SHARE,
     MAX_GAIN_ERROR,
     MAX_IDLE_SHARE,
     MIN_IDLE_TURN_DEVIATIONS,
     MIN_TURN_DEVIATIONS,
 )
+from incsvr.plant.axes import of_rate
+from incsvr.plant.words import words_of
 
 
 def refuse_too_little_motion(recordings: Recordings, scale: float, found: Identification | None = None) -> None:

@@ -2,49 +2,41 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.special import chdtrc
 
 from incsvr.errors import BadInput
-from incsvr.model import rows as catalogue
-from incsvr.model.candidates import candidates
-from incsvr.model.directions import directions
-from incsvr.model.efforts import Stage
 from incsvr.model.fitting import Fit
-from incsvr.model.identification import Identification, identify, pool
-from incsvr.model.intervals import halved
-from incsvr.model.predictor import frequencies
-from incsvr.model.rows import Row
+from incsvr.model.identification import identify
 from incsvr.model.scales import motion_scale
-from incsvr.model.search import Added
-from incsvr.model.series import effort_of, period, values
+from incsvr.model.series import effort_of, values
+from incsvr.model_trace import spells
+from incsvr.model_trace.answering import Loop, standing_time
+from incsvr.model_trace.channels import usable_channels
+from incsvr.model_trace.effects_found import Traced, best_model, findings_of
+from incsvr.model_trace.findings import Pictures, RejectedEffect, Trace, UnexplainedChannel
 from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
-from incsvr.model_trace.parameters import has_size, parameters_of
-from incsvr.model_trace.proof import PLAIN, Proof, has_effects, prove
+from incsvr.model_trace.model import TracedModel
+from incsvr.model_trace.parameters import has_size
+from incsvr.model_trace.proof import EFFECTS, PLAIN, Proof, prove
 from incsvr.model_trace.recordings import Recordings, recordings_of
 from incsvr.model_trace.refusals import refuse_too_little_motion
+from incsvr.model_trace.rest import smooth_rest
+from incsvr.model_trace.run import Run, check
+from incsvr.model_trace.sentences import of_loop, of_share
+from incsvr.model_trace.statistics import p_value
+from incsvr.model_trace.thinning import thinned
+from incsvr.model_trace.thresholds import MAX_REJECTED, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
 from incsvr.model_trace.traced_model import traced_model
 from incsvr.model_trace.unseen import Judge, ends, judge, times
-from incsvr.model_trace.vocabulary import contract_name, streams, word_of
+from incsvr.model_trace.vocabulary import contract_name
 from incsvr.numerics import Array
 from incsvr.plant.axes import of_rate
-from incsvr.plant.words import AxisWords, words_of
+from incsvr.plant.words import AxisWords
 from incsvr.signals.settings import TorqueKind
-from incsvr.tracing import spells
-from incsvr.tracing.channels import usable_channels
-from incsvr.tracing.findings import Finding, Pictures, RejectedEffect, Trace
-from incsvr.tracing.result import ROUND_NUMBERS
-from incsvr.tracing.run import Run, check
-from incsvr.tracing.sentences import AHEAD, LABELS, of_loop
-from incsvr.tracing.thresholds import MAX_REJECTED, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
-from incsvr.tracing.torque_nature import Loop
 
-CURVES = {"dead": "dead", "limit": "limit", "reverse": "reverse", "exponent": "exponent"}
-"""Stages of the effort that are a curve of the command."""
 TOO_LITTLE = "it improves too little beside the effects found"
 NOT_UNSEEN = "it does not improve predictions of excluded parts of the recordings clearly"
 NO_SIZE = "it improves the predictions, but these recordings do not tell its size"
@@ -87,7 +79,7 @@ def _traced(
     names, ignored = usable_channels([*runs, *(validate or [])])
     headings = [run.channels.get("heading", np.empty(0)) for run in (*runs, *(validate or ()))]
     heading = ["heading"] * all(np.isfinite(each).sum() > MIN_HEADING_SAMPLES for each in headings)
-    recordings = recordings_of(runs, [*names, *heading])
+    recordings, share = thinned(recordings_of(runs, [*names, *heading]), standing_time(runs))
     refuse_too_little_motion(recordings, motion_scale(recordings.streams, recordings.axis))
     try:
         found = identify(recordings.streams, [recordings.axis], {recordings.axis: inertia}, recordings.channels)
@@ -103,179 +95,78 @@ def _traced(
     unseen = judge(recordings, found.models[PLAIN], recordings, excluded=True)
     if validate:
         other = recordings_of(validate, [*names, *heading], recordings.begin)
-        unseen = judge(other, found.models[PLAIN], recordings, excluded=False)
+        unseen = judge(thinned(other, standing_time(validate))[0], found.models[PLAIN], recordings, excluded=False)
     loop = loop_of(runs, fitted, found.models[PLAIN], torque)
     if loop is Loop.OTHER_GYRO and answer_left(fitted, found.model) < OTHER_GYRO_CORRELATION:
         loop = Loop.OPEN  # what was missing had looked like an answer
-    result = _result(found, recordings, fitted, unseen, ignored, loop, inertia)
+    result = _result(Traced(found, recordings, fitted, unseen, inertia, loop), ignored, of_share(share))
     return None if must_find and not result.effects else result
 
 
-def _result(
-    found: Identification, recordings: Recordings, fitted: Judge, unseen: Judge, ignored: Mapping[str, str],
-    loop: Loop, inertia: float,
-) -> Trace:  # fmt: skip
-    closed, sought = loop is not Loop.OPEN, loop is not Loop.OTHER_GYRO
-    proof = prove(found, unseen, fitted, closed)
-    axis = of_rate(recordings.axis)
-    words = words_of(axis)
-    added = _findings(found, recordings, inertia, closed, words) if sought else []
-    sample = period(recordings.streams, recordings.axis)
-    effects = [each for each in added if has_size(each.interval, inertia, sample)]
-    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE) for each in added if each not in effects]
-    loud = _spells(found.found.fit, recordings, fitted.scale)
-    plain, model = found.models[PLAIN], found.model
+def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, ...]) -> Trace:
+    found, recordings, fitted, inertia = traced.found, traced.recordings, traced.fitted, traced.inertia
+    sought = traced.loop is not Loop.OTHER_GYRO
+    added = findings_of(traced) if sought else []
+    effects = [each for each in added if has_size(each.interval, inertia, traced.sample)]
+    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for each in added if each not in effects]
+    best, more = best_model(traced, bool(effects))
+    effects += more
+    complete, unexplained = found.found.fit, tuple[UnexplainedChannel, ...]()
+    if sought:
+        complete, unexplained = smooth_rest(complete, recordings.channels)
+    loud = _spells(complete, recordings, fitted.scale)
+    proof = prove(found, best, traced.unseen, fitted, traced.closed)
+    plain, model = found.models[PLAIN], found.models[best]
     floor = float(proof.error["floor"]["torque_rmse"])
-    named = [each.name for each in found.found.added] if has_effects(found) else []
+    named = {each.name: tuple(each.candidate.start) for each in found.found.added} if best.startswith(EFFECTS) else {}
     size = (recordings.begin, floor, fitted.block, fitted.scale)
+    as_value = traced_model(model, named, inertia, *size)
+    unnamed = unexplained or loud or not sought
     return Trace(
         inertia=inertia,
-        verdict="effects" if effects else "unexplained" if loud or not sought else "none",
+        verdict="effects" if effects else "unexplained" if unnamed else "none",
         effects=tuple(effects),
-        rejected=tuple(sorted([*unsure, *_rejected(found, recordings)], key=lambda one: one.p_value)) if sought else (),
-        unexplained=(),
+        rejected=tuple(sorted([*unsure, *_rejected(traced)], key=lambda one: one.p_value)) if sought else (),
+        unexplained=unexplained,
         error=proof.error,
         ignored_channels=dict(ignored),
         notes=(
             *(() if recordings.one_clock else (OVERLAP,)),
-            *of_loop(loop, words),
-            *_of_best(proof, found, words),
+            *of_loop(traced.loop, traced.words),
+            *of_thinning,
+            *_of_best(proof, bool(effects) and best == PLAIN, traced.words),
             *((spells.sentence(loud),) if loud else ()),
         ),
-        loop="closed" if closed else "open",
+        loop="closed" if traced.closed else "open",
         proven=bool(effects) and proof.proven,
         spans=loud,
         one_clock=recordings.one_clock,
         sought=sought,
-        axis=axis,
-        declared_model=traced_model(plain, (), inertia, *size),
-        model=traced_model(model, named, inertia, *size),
-        pictures=_pictures(proof, fitted, plain, model, inertia),
+        axis=of_rate(recordings.axis),
+        declared_model=traced_model(plain, {}, inertia, *size),
+        model=as_value,
+        pictures=_pictures(proof, fitted, plain, model, as_value),
     )
 
 
-def _findings(
-    found: Identification, recordings: Recordings, inertia: float, closed: bool, words: AxisWords
-) -> list[Finding]:
-    """The effects in the order in which they were added: by the simulator, in closed loop by the predictor."""
-    added, predictor = found.found.added, found.found.fit
-    if not added:
-        return []
-    names = [each.name for each in added]
-    source = predictor if closed else found.models["effects"]
-    others = [halved(source)] if closed else [halved(source), predictor]
-    every = parameters_of(source, names, inertia, recordings.begin, others)
-    total = sum(each.gain for each in added)
-    effects = pool(predictor.structure, recordings.streams)
-    findings = []
-    for one, (parameters, spans) in zip(added, every, strict=True):
-        share = one.gain / total
-        alike = [name for name in one.alike if not _contains(effects, name, one)]
-        others_of = tuple(dict.fromkeys(contract_name(name) for name in alike))
-        findings.append(
-            Finding(
-                effect=contract_name(one.name),
-                channels=streams(one.name),
-                parameters=parameters,
-                interval=spans,
-                p_value=chance_of(one.gain, len(one.candidate.start), len(effects)),
-                share=share,
-                cannot_tell_from=(*others_of, *word_of(one.name).ties),
-                next_manoeuvre=next_manoeuvre(one, others_of, words),
-                sentence=sentence(one.name, parameters, spans, share, words),
-                thrust=_thrust(one.name, parameters, spans, source),
-            )
-        )
-    return findings
-
-
-def _contains(effects: Mapping[str, Sequence[Row]], name: str, added: Added) -> bool:
-    """Whether an effect is the added one with more rows, which explains the recordings as well in any case."""
-    rows = effects.get(name, effects.get(name.partition("@")[0], ()))
-    return set(added.candidate.start) <= {row.key for row in rows}
-
-
-def chance_of(gain: float, parameters: int, looks: int) -> float:
-    """The p-value of a gain of the logarithm of the likelihood: χ², times the number of looks, at most 1."""
-    return float(min(1.0, looks * chdtrc(max(parameters, 1), 2.0 * max(gain, 0.0))))
-
-
-def next_manoeuvre(added: Added, others: Sequence[str], words: AxisWords) -> str:
-    """What a log must show to distinguish an effect from the others that explain this one as well, or that none can."""
-    word = word_of(added.name)
-    if others:
-        return f"to distinguish it from {others[0]}, the log must show {words.fill(word.shown_by)}"
-    if word.ties:
-        return (
-            f"no manoeuvre in {words.name} distinguishes it from {word.ties[0]}: both explain every motion alike; "
-            "measure one of the two by other means (a bollard pull, a pendulum test)"
-        )
-    return ""
-
-
-def sentence(
-    name: str,
-    parameters: Mapping[str, float],
-    spans: Mapping[str, tuple[float, float]],
-    share: float,
-    words: AxisWords,
-) -> str:
-    """The sentence of a finding: its values with 95 % intervals, and its share of the better fit."""
-    shown = []
-    for key, value in parameters.items():
-        label, unit = (words.fill(each) for each in LABELS[key])
-        low, high = spans[key]
-        spread = f" ({low:.3g} to {high:.3g})" if high > low else ""
-        shown.append(f"{label} {value:.3g}{spread}{' ' + unit if unit else ''}")
-    meaning = words.fill(AHEAD if parameters.get("delay_s", 0.0) < 0.0 else word_of(name).sentence)
-    part = f"It accounts for {100.0 * share:.0f} % of the better fit."
-    return f"{contract_name(name)}: {meaning}; {', '.join(shown)}. {part}"
-
-
-def _thrust(
-    name: str, parameters: Mapping[str, float], spans: Mapping[str, tuple[float, float]], source: Fit
-) -> tuple[tuple[float, float, float, float], ...]:
-    """Of a curve of the command: at the largest command either way, rounded up, the thrust with its interval [N m]."""
-    kind, _, axis = name.partition("@")
-    if kind not in CURVES:
-        return ()
-    top = source.problem.windows.largest(effort_of(axis))
-    decade = 10.0 ** math.floor(math.log10(top))
-    full = next(number * decade for number in ROUND_NUMBERS if number * decade >= top)
-    ((key, value),) = parameters.items()
-    found = []
-    for command in (-full, full):
-        made = [
-            float(Stage(**{CURVES[kind]: each}).static(np.array([command]), top)[0]) for each in (value, *spans[key])
-        ]
-        found.append((command, made[0], min(made[1:]), max(made[1:])))
-    return tuple(found)
-
-
-def _rejected(found: Identification, recordings: Recordings) -> list[RejectedEffect]:
+def _rejected(traced: Traced) -> list[RejectedEffect]:
     """Effects that were refused, and those that promise most of what the predictor still lacks."""
-    predictor, result = found.found.fit, dict[str, RejectedEffect]()
+    found, result = traced.found, dict[str, RejectedEffect]()
     named = {contract_name(each.name) for each in found.found.added}
-    effects = pool(predictor.structure, recordings.streams)
-    if recordings.one_clock:
-        effects |= catalogue.waves(recordings.axis, frequencies(predictor, 0))
-    every = candidates(predictor.structure, predictor.theta, effects, predictor.problem.windows)
-    weighed = directions(predictor, every)
-    for k, each in enumerate(every):
-        name, evidence, count = contract_name(each.name), weighed.evidence(k), max(len(each.start), 1)
+    for each, evidence in found.found.weighed:
+        name, count = contract_name(each.name), max(len(each.start), 1)
         sure = 0.5 * (evidence.sure**2 + count - 1)  # by the scatter of blocks, where errors depend on each other
-        p = chance_of(min(evidence.gain, sure), count, len(effects))
+        p = p_value(2.0 * min(evidence.gain, sure), count, len(found.effects))
         if name not in named and (name not in result or p < result[name].p_value):
-            why = NOT_UNSEEN if p < 0.01 else TOO_LITTLE
-            result[name] = RejectedEffect(name, p, found.found.refused.get(each.name, why))
+            result[name] = RejectedEffect(name, p, NOT_UNSEEN if p < 0.01 else TOO_LITTLE)
     for key, why in found.found.refused.items():
         name = contract_name(key)
-        if name not in named and name not in result:
-            result[name] = RejectedEffect(name, 1.0, why)
+        if name not in named:
+            result[name] = RejectedEffect(name, 1.0, why, refused=True)
     return sorted(result.values(), key=lambda each: each.p_value)[:MAX_REJECTED]
 
 
-def _of_best(proof: Proof, found: Identification, words: AxisWords) -> tuple[str, ...]:
+def _of_best(proof: Proof, without: bool, words: AxisWords) -> tuple[str, ...]:
     """Notes on what is better than the model, and on effects that the best simulator does without."""
     best, notes = proof.error["best"], list[str]()
     called = {
@@ -287,7 +178,7 @@ def _of_best(proof: Proof, found: Identification, words: AxisWords) -> tuple[str
             f"{called[best['name']]} predicts unseen data best: {best['free_run_rmse']:.3g} {words.rate_unit}, the "
             f"model {proof.error['after']['free_run_rmse']:.3g}"
         )
-    if found.found.added and not has_effects(found):
+    if without:
         notes.append("free runs of excluded data are better without the effects, so the model does not contain them")
     return tuple(notes)
 
@@ -307,11 +198,11 @@ def _spells(predictor: Fit, recordings: Recordings, scale: float) -> tuple[tuple
     return spells.spans(stamps, loud, step)
 
 
-def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, inertia: float) -> Pictures:
+def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, traced: TracedModel) -> Pictures:
     """What a report draws."""
     windows = fitted.blocks
     last, _ = ends(windows)
-    stamps, ledger = ledger_of(model, inertia)
+    stamps, ledger = ledger_of(model, traced)
     middle = times(windows)[last] - 0.5 * fitted.block
     depends = {"time": middle} | {name: _means(fitted, name, middle) for name in _drawn(fitted)}
     return Pictures(

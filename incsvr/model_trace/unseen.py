@@ -10,16 +10,16 @@ import numpy as np
 from incsvr.model.efforts import Stage
 from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
-from incsvr.model.left_out import fold_parameters, folds
+from incsvr.model.left_out import fold_parameters, folds, left_out_errors
 from incsvr.model.scales import motion_scale
 from incsvr.model.series import duration, period
 from incsvr.model.simulation import predict
 from incsvr.model.structure import Structure
 from incsvr.model.windows import Windows, cut
+from incsvr.model_trace.held_out import Ahead, Errors
 from incsvr.model_trace.recordings import Recordings
+from incsvr.model_trace.thresholds import HORIZON_SCALES, TORQUE_BLOCK_SCALES
 from incsvr.numerics import Array
-from incsvr.tracing.held_out import Ahead, Errors
-from incsvr.tracing.thresholds import HORIZON_SCALES, TORQUE_BLOCK_SCALES
 
 
 @dataclass(frozen=True)
@@ -69,18 +69,50 @@ class Judge:
     def _cut(self, horizon: float) -> Windows:
         return cut(self.recordings.streams, replace(self.structure, predictor=False), self.step, horizon)
 
-    def errors(self, model: Fit) -> Errors:
+    def errors(self, model: Fit, free_runs_alone: bool = False) -> Errors:
         """The errors of a model."""
-        whole, predicted = self.whole, self._predicted(model, self.whole)
-        parts = [part for part in whole.samples if part.stop > part.start]
-        stamps = times(whole)
+        whole, stamps = self.whole, times(self.whole)
         return Errors(
-            tuple(stamps[part] for part in parts),
-            tuple(whole.measured[part] for part in parts),
-            tuple(predicted[part] for part in parts),
-            self.torque(model),
-            tuple(self._ahead(model, windows) for windows in self.ahead),
+            tuple(stamps[part] for part in self._parts),
+            tuple(whole.measured[part] for part in self._parts),
+            self._free_runs(model),
+            () if free_runs_alone else self.torque(model),
+            () if free_runs_alone else tuple(self._ahead(model, windows) for windows in self.ahead),
         )
+
+    @cached_property
+    def _parts(self) -> list[slice]:
+        return [part for part in self.whole.samples if part.stop > part.start]
+
+    def _free_runs(self, model: Fit) -> tuple[Array, ...]:
+        predicted = self._predicted(model, self.whole)
+        return tuple(predicted[part] for part in self._parts)
+
+    def next_samples(self, predictor: Fit, keeps: bool = False) -> tuple[Array, ...]:
+        """(blocks,) of each recording, means over a block of the torque by which a predictor misses the next sample
+        [N m]; where it only keeps the last velocity, of that torque.
+
+        What is corrected by each sample owes nothing to what the torque answers: it is right in closed loop, too.
+        """
+        structure, problem = predictor.structure, predictor.problem
+        windows = problem.windows
+        if not self.excluded:
+            windows = cut(self.recordings.streams, structure, windows.step, windows.step * windows.steps)
+        if keeps:
+            before = np.concatenate([[0.0], windows.measured[:-1]])
+            first = np.concatenate([[True], np.diff(windows.window) > 0])
+            errors = windows.measured - np.where(first, windows.starts[0, windows.window], before)
+        elif self.excluded:
+            errors = left_out_errors(predictor)
+        else:
+            point = np.array([[predictor.theta[name]] for name in predictor.names])
+            errors = replace(problem, windows=windows).errors(
+                predict(structure, point, windows, windows.starts[:, None])
+            )[:, 0]
+        size = max(round(self.block / self.sample), 1)
+        torque = structure.inertia(predictor.theta, self.recordings.axis) / self.sample * errors
+        run = windows.run[windows.window]
+        return tuple(means(torque[run == k], size) for k in np.unique(run))
 
     def torque(self, model: Fit | None) -> tuple[Array, ...]:
         """(blocks,) of each recording, the torque that a model lacks as a mean over a block, so that it reaches the
@@ -136,6 +168,12 @@ def times(windows: Windows) -> Array:
     edges = windows.first - np.array([each.first for each in grids])
     own = windows.window
     return np.asarray(begins[own] + windows.step * (edges[own] + windows.cell + windows.part))
+
+
+def means(values: Array, size: int) -> Array:
+    """Means of (n,) values over so many, and of the rest."""
+    starts = np.arange(0, values.size, size)
+    return np.asarray(np.add.reduceat(values, starts) / np.diff(np.append(starts, values.size)))
 
 
 def ends(windows: Windows) -> tuple[Indices, Array]:

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from incsvr.compensation.proof import errors
-from incsvr.effects.torque_asymmetry import THRUST_TABLE_ERROR
 from service.cli.output import WIDTH
 from service.wire import EffectsLedger
+
+THRUST_TABLE_ERROR = 0.05
+"""Part of the thrust within which no thrust table is known."""
 
 
 def outcome(ledger: EffectsLedger, begins: float, seed: int, truth: Mapping[str, Any]) -> dict[str, Any]:

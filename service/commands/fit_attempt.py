@@ -23,7 +23,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import words_of
-from incsvr.signals import TORQUE, SignalSettings
+from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
 from incsvr.signals.coupled import decoupled_streams
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MEASURED, TorqueKind
@@ -139,7 +139,11 @@ class Terms:
             pieces += [(motion, streams) for motion in found]
         driven = [motion for motion, _ in pieces]
         if compensation is not None:
-            errors = traced_free_run_errors(pieces, compensation, lambda rate: model.predict(rate).damping)
+            whole = [
+                {**streams, YAW_RATE: (each.rate_time, each.yaw_rate), TORQUE: (each.torque_time, each.torque)}
+                for each, streams in pieces
+            ]
+            errors = traced_free_run_errors(whole, compensation, lambda rate: model.predict(rate).damping)
         elif self.inputs:
             errors = over_several(pieces, signals.inertia, model)
         else:

@@ -10,14 +10,14 @@ from importlib import import_module
 from typing import Any
 
 from incsvr.errors import BadInput
+from incsvr.model_trace.findings import Trace
+from incsvr.model_trace.result import trace
+from incsvr.model_trace.run import Run
+from incsvr.model_trace.sentences import chance, headline, limits, proof
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.signals.settings import TorqueKind
-from incsvr.tracing import trace
-from incsvr.tracing.findings import Trace
-from incsvr.tracing.run import Run
-from incsvr.tracing.sentences import chance, headline, limits, proof
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
 from service.commands import log_configuration, other_velocities
@@ -194,7 +194,7 @@ def text(trace: Trace) -> str:
         f"    residual: {left['torque_rmse']:.3g} {words.effort_unit} (RMS), {share}correlated over "
         f"{left['correlation_time_s']:.2g} s"
     )
-    lines += [f"  not added: {r.effect}: {r.reason}" for r in trace.rejected if r.taken_back]
+    lines += [f"  not added: {r.effect}: {r.reason}" for r in trace.rejected if r.refused]
     lines += [f"  ignored channel {name}: {reason}" for name, reason in trace.ignored_channels.items()]
     lines += [f"  note: {note}" for note in trace.notes]
     return "\n".join(lines)

@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
 OperatorVerb = Literal["promote", "withdraw"]
 """The decisions of an operator about an effect."""
-FOLLOWED_BY_LEARNING = ("drag_drift", "drag_step")
-"""Effects of the damping over time: the learned damping follows the vehicle by itself."""
+BY_LEARNING = "the learned damping follows the vehicle by itself"
+OF_CLOCK = "it refers to the clock of the traced recording"
+"""Why an effect is left out."""
 _AGAIN = "write one with `incsvr trace RECORDING… --json FILE`"
 
 
@@ -43,13 +44,8 @@ class TracedEffects:
     @property
     def identity(self) -> str:
         """Tells apart the effects that a state was learned with: names, and a check of their values."""
-        values = json.dumps(self.compensation.model.to_dict()["terms"])
+        values = json.dumps(self.compensation.model.to_dict()["effects"])
         return f"{', '.join(self.compensation.names) or 'nothing'} ({zlib.crc32(values.encode()):08x})"
-
-    @property
-    def integrated(self) -> bool:
-        """Whether an effect's heading counts from zero at the start, because none is measured."""
-        return any(step["step"] == "integrated" for step in self.history)
 
 
 def configured_effects(config: Config) -> TracedEffects | None:
@@ -98,14 +94,14 @@ def effects_from_trace(
         traced: the findings, in the form that `incsvr trace --json` writes.
     """
     # Loaded where it is needed alone: most learners have no traced effects.
-    from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
-    from incsvr.tracing.model import TracedModel
+    from incsvr.compensation.effects_in_force import FOLLOWED_BY_LEARNING, Compensation
+    from incsvr.model_trace.model import TracedModel
 
     try:
         traced_model = TracedModel.from_dict(model)
         compensation = Compensation.of(traced_model)
         findings = tuple(dict(finding) for finding in traced if finding["effect"] in compensation.names)
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, StopIteration) as error:
         raise BadInput(
             f"{source}: this is no trace of this version ({type(error).__name__}: {error}); {_AGAIN}"
         ) from None
@@ -122,36 +118,22 @@ def effects_from_trace(
                 f"publish it, and add {name} to signals.channels"
             )
     named = {finding["effect"] for finding in findings}
-    integrated = HEADING_CHANNEL not in channels and compensation.of_heading
+    why = {name: BY_LEARNING if name in FOLLOWED_BY_LEARNING else OF_CLOCK for name in compensation.left_out}
     return TracedEffects(
         compensation,
         findings,
         (
             *({"effect": name, "step": "in force", "why": _why(name, named)} for name in compensation.names),
-            *({"effect": name, "step": "left out", "why": _left_out(name)} for name in compensation.left_out),
-            *([{"effect": HEADING_CHANNEL, "step": "integrated", "why": _INTEGRATED}] if integrated else []),
+            *({"effect": name, "step": "left out", "why": because} for name, because in why.items()),
         ),
         tuple(
-            f"the traced effect {name} is left out: {_left_out(name)}"
-            for name in compensation.left_out
-            if name not in FOLLOWED_BY_LEARNING
+            f"the traced effect {name} is left out: {because}" for name, because in why.items() if because == OF_CLOCK
         ),
     )
 
 
-_INTEGRATED = "its heading begins at zero; add heading to signals.channels if the vehicle measures it"
-
-
 def _why(name: str, named: Collection[str]) -> str:
-    if name in named:
-        return "traced"
-    return "a remainder that no effect explains" if name.startswith("unexplained:") else "how the streams are aligned"
-
-
-def _left_out(name: str) -> str:
-    if name in FOLLOWED_BY_LEARNING:
-        return "the learned damping follows the vehicle by itself"
-    return "it refers to the clock of the traced recording"
+    return "traced" if name in named else "how the streams are aligned"
 
 
 def _trace(path: Path) -> Mapping[str, Any]:

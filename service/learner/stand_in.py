@@ -20,7 +20,6 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Forecast, Grid, Start, Surroundings, forecast
 from incsvr.forecasting.experience import HORIZONS_S
-from incsvr.forecasting.other_influences import HEADING
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, Stream
 from incsvr.plant.body import Coupled
@@ -116,8 +115,7 @@ class StandIn:
             grid = self._grid(begin - HORIZONS_S[-1], end, smoothing)
             if (names := self._names()) or self._coupled is not None:
                 grid = grid.among(self._channels(), names, self._coupled, smoothing)
-            if self._known_heading:
-                self.experience = self.experience.after(model, self._signals.inertia, grid, self._effects)
+            self.experience = self.experience.after(model, self._signals.inertia, grid, self._effects)
         except Exception:  # whatever came, learning goes on; the intervals begin anew
             log.exception("a fault of this program: forecasts could not be tried")
             self.experience = Experience()
@@ -180,11 +178,6 @@ class StandIn:
         names, body = self._names(), self._coupled
         if not names and body is None and self._effects is None:
             return None
-        if not self._known_heading:
-            raise BadInput(
-                "an effect of the heading is in force, and the heading's origin is unknown, so there is no forecast: "
-                "add heading to signals.channels where the vehicle measures it"
-            )
         streams = self._channels()
         for name, (stamps, _) in streams.items():
             if not stamps.size or newest - stamps[-1] > JUMP_S:
@@ -203,12 +196,6 @@ class StandIn:
         """The channels that a forecast needs, with those of the body."""
         body = () if self._coupled is None else self._coupled.streams
         return {name: self._stream(name) for name in (*self._names(), *body)}
-
-    @property
-    def _known_heading(self) -> bool:
-        """Whether the heading is measured where an effect looks at it."""
-        effects = self._effects
-        return effects is None or not effects.of_heading or HEADING in self._signals.channels
 
     def _begin(self, smoothing: float, believed: bool) -> tuple[Start, Stream, float, Grid]:
         """The start of an estimate, the torque from there on with its newest stamp, and the streams until the start."""

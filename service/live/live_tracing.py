@@ -206,7 +206,7 @@ class LiveTracing:
             return
         newest, effects = end.time, self._effects(TraceContent.from_dict(found))
         names = effects.compensation.names
-        usable = bool(effects.findings) and not effects.integrated
+        usable = bool(effects.findings)
         known = self.state.proven is not None and set(self._names(self.state.proven))
         content = TraceContent(effects.findings, found["model"], found["loop"], found["since"], newest)
         self.state = self.state.after_trace(newest, content if usable and known != set(names) else None)
@@ -220,9 +220,6 @@ class LiveTracing:
                 continue
             if name not in names:
                 note("left out", next(step["why"] for step in effects.history if step["effect"] == name), name)
-            elif effects.integrated:
-                why = "the heading's origin is unknown: measure the heading, and add it to signals.channels"
-                note("left out", why, name)
             else:
                 note("suspected", finding["sentence"], name, content=content)
 

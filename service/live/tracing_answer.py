@@ -11,13 +11,13 @@ from incsvr.compensation.fresh_data import as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from incsvr.learning.several_velocities.freeing import streams_by_itself
+from incsvr.model_trace.model import TracedModel
+from incsvr.model_trace.result import trace_if_found
 from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.signals import REQUIRED
 from incsvr.signals.coupled import decoupled_streams
-from incsvr.tracing import trace_if_found
-from incsvr.tracing.model import TracedModel
 
 
 def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
@@ -61,8 +61,7 @@ def _trace(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
 
 
 def _trace_stretch(job: Mapping[str, Any], streams: Streams, since: float) -> dict[str, Any]:
-    axis = AXES[job["axis"]]
-    run = replace(as_run(streams), rate_name=axis.rate, rate_limit=job.get("rate_limit"))
+    run = replace(as_run(streams, AXES[job["axis"]].rate), rate_limit=job.get("rate_limit"))
     found = trace_if_found([run], inertia=job["inertia"], torque=job.get("torque"))
     return {"effects": []} if found is None else found.to_dict() | {"since": since}
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from benchmarks import dives, hold, paper, peers, quiet, sensors, speed, thrust, vehicles
+from benchmarks.peers import Signals
 from benchmarks.study import MEASURED
-from incsvr.effects import Signals
 from incsvr.numerics import Array
 from service.recordings.recording import from_streams
 from simulator import leng
@@ -131,7 +131,7 @@ def driven() -> Signals:
     for k in range(COUNT - 1):
         rate[k + 1] = kept * rate[k] + (1.0 - kept) / 0.8 * (0.5 * torque[k] - 0.6 * surge[k] * sway[k])
     start = np.array([0, COUNT // 2, COUNT], dtype=np.intp)
-    return Signals(STEP, start, time, rate, torque, {"surge": surge, "sway": sway}, scale=1.5)
+    return Signals(STEP, start, rate, torque, {"surge": surge, "sway": sway}, scale=1.5)
 
 
 def test_the_libraries_find_the_product_of_two_velocities(driven: Signals, monkeypatch: pytest.MonkeyPatch) -> None:

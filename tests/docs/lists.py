@@ -10,7 +10,9 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from incsvr.effects import Effect, Term, candidates
+from incsvr.model.rows import Factor, row
+from incsvr.model_trace.effect_values import Here
+from incsvr.model_trace.vocabulary import WORDS, Word
 from incsvr.plant.words import YAW_WORDS
 from service.cli.command_line import whole_parser
 from service.cli.parser import Parser
@@ -123,44 +125,50 @@ def _rows(parser: Parser) -> dict[str, str]:
 
 
 KINDS_OF_EFFECT = {
-    "Thrusters": ("thrust",),
-    "Inertia and damping": ("inertia", "damping"),
-    "Further moments": ("motion", "outside"),
-}
-"""Heading → how its effects enter the equation."""
-CHANNELS = ("CHANNEL", "surge", "sway")
-"""A channel of any name, and the two velocities whose products and sizes have effects of their own."""
+    "Thrusters": (
+        "lag", "delay", "dead", "reverse", "limit", "thrust_step", "thrust_drift", "exponent", "thrust_speed",
+        "modulation:thrust",
+    ),
+    "Inertia and damping": ("inertia", "drag_drift", "drag_step", "modulation"),
+}  # fmt: skip
+"""Heading → kinds of the engine's effects; all others are further moments."""
+OF = {"cross_flow": "surge", "coriolis": "surge*sway"}
+"""What stands in the name of an effect for any other velocity; else CHANNEL."""
 
 
 def effects() -> str:
-    """Every effect of the catalogue in yaw, by what it changes."""
-    first = {(effect.name.partition(":")[0], effect.variant): effect for effect in reversed(candidates(CHANNELS))}
-    found = list(reversed(first.values()))
-    return "\n\n".join(f"## {head}\n\n{_effects(found, acts)}" for head, acts in KINDS_OF_EFFECT.items())
+    """Every effect in yaw, by what it changes."""
+    sorted_in = {kind for kinds in KINDS_OF_EFFECT.values() for kind in kinds}
+    rest = tuple(kind for kind in WORDS if kind not in sorted_in and kind != "square")  # of other axes
+    every = {**KINDS_OF_EFFECT, "Further moments": rest}
+    return "\n\n".join(f"## {head}\n\n{_effects(kinds)}" for head, kinds in every.items())
 
 
-def _effects(found: list[Effect], acts: tuple[str, ...]) -> str:
-    """The effects of these kinds, one row for all forms of a name, with the sentence of the first."""
-    rows: dict[str, list[Effect]] = {}
-    for effect in found:
-        if effect.acts in acts:
-            rows.setdefault(effect.name.partition(":")[0], []).append(effect)
+def _effects(kinds: Iterable[str]) -> str:
     head = "| effect | what happens, its equation and parameters | data that show it |\n|---|---|---|"
-    return "\n".join([head, *(_effect(forms) for forms in rows.values())])
+    return "\n".join([head, *(_effect(kind, WORDS[kind]) for kind in kinds)])
 
 
-def _effect(forms: list[Effect]) -> str:
-    effect = forms[0]
-    names = dict.fromkeys(name for form in forms for name in _parameters(form))
-    lines = [effect.sentence, *(form.equation for form in forms), ", ".join(f"`{name}`" for name in names)]
-    what = "<br>".join(dict.fromkeys((_capital(lines[0]), *lines[1:])))
-    texts = (f"`{effect.name}`", what, _capital(effect.shown_by))
+def _effect(kind: str, word: Word) -> str:
+    parameters = ", ".join(f"`{name}`" for name in word.parameters(_Ones(), HERE))
+    what = "<br>".join((_capital(word.sentence), word.equation, parameters))
+    texts = (f"`{word.effect.format(of=OF.get(kind, 'CHANNEL'))}`", what, _capital(word.shown_by))
     return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
 
 
-def _parameters(effect: Effect) -> Iterable[str]:
-    inner = (1.0, 1.0)
-    return effect.parameters(Term(effect.name, effect.variant, (1.0,) * effect.width(inner), inner), 1.0)
+class _Ones(dict[str, Any]):
+    """Parameters, or rows, of any name."""
+
+    def __init__(self, value: Any = 1.0) -> None:
+        super().__init__()
+        self._value = value
+
+    def __missing__(self, name: str) -> Any:
+        return self._value
+
+
+HERE = Here("yaw_rate", "", _Ones(row("", "yaw_rate", Factor("about", "", 1.0))), 1.0, 0.0, 1.0, 1.0, {}, 1.0)
+"""An axis of which the names of parameters are asked alone."""
 
 
 def _capital(template: str) -> str:

@@ -9,19 +9,18 @@ from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.fresh_data import compare_on_fresh_data
 from incsvr.compensation.proof import Proof
 from incsvr.errors import BadInput
-from incsvr.tracing.model import TracedModel
+from incsvr.model_trace.model import Effect, TracedModel
 from service.recordings.recording import Streams
 from simulator import leng
-from tests.hidden import BIAS, LAG, TRUTH, recording, term
+from tests.hidden import BIAS, LAG, TRUTH, lag, recording, trim
 
 
-def effects(*terms: tuple[str, float]) -> Compensation:
+def effects(*named: Effect) -> Compensation:
     rate = np.linspace(-0.3, 0.3, 61)
-    named = tuple(term(name, value) for name, value in terms)
     return Compensation.of(TracedModel(leng.INERTIA, rate, TRUTH(rate), named, 1.0, 0.3, 2.5, (0.0, 300.0)))
 
 
-TRUE = effects(("torque_lag", LAG), ("bias_torque", BIAS))
+TRUE = effects(lag(LAG), trim(BIAS))
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +43,7 @@ def test_the_true_effects_are_promoted_and_stay(streams: Streams, closed: bool) 
 
 def test_effects_that_the_vehicle_does_not_have_are_refused_and_withdrawn() -> None:
     straight = leng.recording("T1", seed=3).streams()
-    late = effects(("torque_lag", 1.5))
+    late = effects(lag(1.5))
     found = compare_on_fresh_data(straight, 250.0, None, late, closed=False)
     assert (found.of_suspected(last=False), found.of_known()) == ("refused", "withdrawn")
     assert "the error of the free run is higher: torque" in found.sentence()
@@ -52,7 +51,7 @@ def test_effects_that_the_vehicle_does_not_have_are_refused_and_withdrawn() -> N
 
 def test_effects_are_compared_with_those_in_force(streams: Streams) -> None:
     assert compared(streams, TRUE, TRUE).of_suspected(last=True) == "refused"
-    assert compared(streams, effects(("bias_torque", BIAS)), TRUE).of_suspected(last=True) == "promoted"
+    assert compared(streams, effects(trim(BIAS)), TRUE).of_suspected(last=True) == "promoted"
 
 
 def test_a_vehicle_that_lies_still_tells_nothing(streams: Streams) -> None:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from incsvr.model_trace.result import trace
+from incsvr.model_trace.run import Run
 from incsvr.numerics import Array
-from incsvr.tracing import trace
-from incsvr.tracing.run import Run
 from tests.incsvr.test_coriolis import STEP, wandering
 
 INERTIA, TOP = 24.0, 18.0
@@ -78,5 +78,5 @@ def test_what_changes_in_time_is_sought_on_one_clock_alone() -> None:
     """Two logs that both begin at zero: half a minute in the one is not half a minute in the other."""
     first, second = (vehicle(Hidden(step=-0.4), seed) for seed in (1, 2))
     found = trace([first, second], inertia=INERTIA)
-    assert not any(effect.needs_clock for effect in found.model.effects())
+    assert not any("time" in effect.signals for effect in found.model.effects)
     assert any("stamps of the recordings overlap" in note for note in found.notes)

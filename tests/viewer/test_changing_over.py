@@ -11,14 +11,13 @@ from typing import Any
 import pytest
 from rerun.chunk import RrdReader
 
-from incsvr.effects import Term
-from incsvr.tracing.model import TracedModel
+from incsvr.model_trace.model import TracedModel
 from service.bus.session import listener_config_at, open_session
 from service.config.traced_effects import effects_from_trace
 from service.learner.node import LearnerNode
 from service.wire import IterationReport, encode
 from simulator import leng
-from tests.hidden import recording, write_trace
+from tests.hidden import recording, stage, write_trace
 from tests.service.conftest import configured
 from tests.viewer.conftest import KEYS, House
 from tests.viewer.readback import verify
@@ -34,7 +33,8 @@ def reports(tmp_path_factory: pytest.TempPathFactory) -> list[IterationReport]:
     write_trace(path)
     found = json.loads(path.read_text(encoding="utf-8"))
     model = TracedModel.from_dict(found["model"])
-    late = found | {"model": replace(model, terms=(*model.terms, Term("torque_delay", "", (-0.8,), ()))).to_dict()}
+    effects = (*model.effects, stage("torque_delay", "shift", -0.8))
+    late = found | {"model": replace(model, effects=effects).to_dict()}
     node = LearnerNode(configured(tracing__live=True), boot="a test")
     streams = recording(3, 130.0).streams()
     for name, (t, value) in streams.items():

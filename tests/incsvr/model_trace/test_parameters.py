@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,13 +18,15 @@ from incsvr.model.identification import plain_fit, pool, structure_of
 from incsvr.model.intervals import halved
 from incsvr.model.predictor import frequencies
 from incsvr.model.rows import Row
+from incsvr.model_trace.effect_values import Here
+from incsvr.model_trace.model import TracedModel
 from incsvr.model_trace.parameters import ends, has_size, parameters_of
 from incsvr.model_trace.recordings import Recordings, recordings_of
+from incsvr.model_trace.sentences import LABELS
 from incsvr.model_trace.traced_model import traced_model
-from incsvr.model_trace.vocabulary import WORDS, Here, contract_name, streams, word_of
+from incsvr.model_trace.vocabulary import WORDS, contract_name, streams, word_of
 from incsvr.numerics import Array
 from incsvr.plant.words import YAW_WORDS
-from incsvr.tracing.sentences import LABELS
 from service.commands.trace import runs_of
 from simulator.mission import Mission
 from simulator.vehicles import TURNING
@@ -207,9 +210,20 @@ def test_a_hidden_effect_has_its_true_parameters(name: str, played: dict[str, Ou
     ((found, spans),) = parameters_of(
         fits[best], [shown[best].name], one.outcome.inertia, one.recordings.begin, [halved(fits[best])]
     )
-    model = traced_model(fits[best], [shown[best].name], one.outcome.inertia, one.recordings.begin, 1.0, 1.0, 4.0)
-    assert [effect.name for effect in model.effects()] == [name]
-    assert model.effects()[0].parameters(model.terms[0], one.outcome.inertia) == pytest.approx(found, abs=1e-9)
+    model = traced_model(
+        fits[best],
+        {shown[best].name: tuple(shown[best].start)},
+        one.outcome.inertia,
+        one.recordings.begin,
+        1.0,
+        1.0,
+        4.0,
+    )
+    assert [effect.name for effect in model.effects] == [name]
+    assert model.theta == {key: fits[best].theta[key] for key in shown[best].start}
+    again = TracedModel.from_dict(json.loads(json.dumps(model.to_dict())))
+    assert again.effects == model.effects
+    assert again.added_to(one.plain.structure).rows == model.added_to(one.plain.structure).rows
     truth = one.outcome.truth[name]
     for key in set(found) & set(truth) - {"harmonic"}:
         low, high = spans[key]

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.model_trace.result import chance_of, sentence, trace, trace_if_found
+from incsvr.model_trace.effects_found import sentence
+from incsvr.model_trace.findings import Trace
+from incsvr.model_trace.result import trace, trace_if_found
+from incsvr.model_trace.run import Run
+from incsvr.model_trace.sentences import headline
 from incsvr.plant.words import YAW_WORDS
-from incsvr.tracing.findings import Trace
-from incsvr.tracing.run import Run
-from incsvr.tracing.sentences import headline
 from service.commands.trace import runs_of, text
 from simulator.mission import Mission
 from simulator.vehicles import TURNING
@@ -62,7 +63,7 @@ def test_the_result_has_the_contracts_form(trimmed: Trace) -> None:
     assert set(error["horizons"]) == {"0.5", "1", "2", "5"}
     assert [each["p_value"] for each in found["rejected"]] == sorted(each["p_value"] for each in found["rejected"])
     assert "bias_torque" not in {each["effect"] for each in found["rejected"]}
-    assert found["model"]["terms"][0]["effect"] == "bias_torque"
+    assert found["model"]["effects"][0]["effect"] == "bias_torque"
 
 
 def test_the_ledgers_parts_are_the_torque(trimmed: Trace) -> None:
@@ -70,7 +71,7 @@ def test_the_ledgers_parts_are_the_torque(trimmed: Trace) -> None:
     assert set(parts) == {"declared inertia", "damping", "bias_torque"}
     torque = np.sum(list(parts.values()), axis=0)
     assert np.quantile(np.abs(torque), 0.9) == pytest.approx(10.5, rel=0.2)  # of a command of up to 12 N m either way
-    assert parts["bias_torque"] == pytest.approx(-trimmed.model.terms[0].coefficients[0])
+    assert parts["bias_torque"] == pytest.approx(trimmed.model.theta["bias_torque@yaw_rate"])
 
 
 def test_a_vehicle_that_hardly_moves_is_refused() -> None:
@@ -85,9 +86,9 @@ def test_the_text_names_the_effect_with_its_unit(trimmed: Trace) -> None:
     assert "N m. It accounts for 100 % of the better fit." in text(trimmed)
 
 
-def test_the_model_that_live_reads_has_the_engines_damping_and_terms(trimmed: Trace) -> None:
-    (term,) = trimmed.model.terms
-    assert term.coefficients[0] == pytest.approx(trimmed.effects[0].parameters["moment_nm"], rel=0.05)
+def test_the_model_that_live_reads_has_the_engines_damping_and_effects(trimmed: Trace) -> None:
+    moment = -trimmed.model.theta["bias_torque@yaw_rate"]
+    assert moment == pytest.approx(trimmed.effects[0].parameters["moment_nm"], rel=0.05)
     at = np.array([0.2, 0.4])
     assert trimmed.model.damping_at(at) == pytest.approx(9.0 * at + 26.0 * at**2, rel=0.1)
 
@@ -95,7 +96,47 @@ def test_the_model_that_live_reads_has_the_engines_damping_and_terms(trimmed: Tr
 def test_nothing_is_named_and_nothing_proven_where_nothing_is_hidden() -> None:
     found = trace([run_of(3)], inertia=12.0)
     assert (found.verdict, found.effects, found.proven) == ("none", (), False)
+    assert found.error["after"] == found.error["before"]
     assert found.error["validated_on"] == "blocks"
+
+
+def test_live_gets_the_same_effects(trimmed: Trace) -> None:
+    found = trace_if_found([run_of(1, trim=1.5)], inertia=12.0)
+    assert found is not None
+    assert [each.to_dict() for each in found.effects] == [each.to_dict() for each in trimmed.effects]
+
+
+def test_another_inertia_is_named_with_what_no_manoeuvre_tells_from_it() -> None:
+    found = trace([run_of(3)], inertia=7.0)
+    (effect,) = found.effects
+    assert effect.effect == "inertia"
+    low, high = effect.interval["inertia_kg_m2"]
+    assert low < 12.0 < high
+    assert effect.cannot_tell_from == ("thrust_efficiency",)
+    assert "no manoeuvre in yaw" in effect.next_manoeuvre
+    assert found.proven
+
+
+def test_in_closed_loop_predictions_of_the_next_sample_prove_an_effect() -> None:
+    """Of a controller that answers the water."""
+    log = steered(Turning(), 3)
+    time, torque = log["torque"]
+    found = trace([Run("steered", time, log["yaw_rate"][1], torque - 3.0)], inertia=24.0)
+    assert [effect.effect for effect in found.effects] == ["bias_torque"]
+    assert (found.loop, found.proven) == ("closed", True)
+    assert found.error["change"]["torque_rmse"]["high"] < 0.0
+    assert found.error["after"]["torque_rmse"] < found.error["before"]["torque_rmse"]
+
+
+def test_a_curve_that_no_effect_has_is_unexplained_and_gains_nothing() -> None:
+    log = dive(Turning(inertia=12.0), 4, seconds=180.0, rate=5.0)
+    (time, torque), arm = log["torque"], log["surge"][1]
+    hidden = 4.0 * np.cos(2.5 * (arm - 0.8))
+    found = trace([Run("arm", time, log["yaw_rate"][1], torque - hidden, {"arm": arm})], inertia=12.0)
+    assert [each.channel for each in found.unexplained] == ["arm"]
+    assert (found.verdict, found.effects) == ("unexplained", ())
+    assert found.error["after"] == found.error["before"]
+    assert headline(found) == "no known effect explains how the residual follows arm"
 
 
 def test_live_gets_nothing_where_nothing_is_hidden() -> None:
@@ -113,12 +154,6 @@ def test_recordings_with_stamps_that_overlap_have_no_clock() -> None:
     found = trace([run_of(3), run_of(4)], inertia=12.0)
     assert not found.one_clock
     assert not {each.effect for each in found.rejected} & {"bias_drift", "drag_drift", "drag_step", "wave"}
-
-
-def test_a_p_value_counts_parameters_and_looks() -> None:
-    assert chance_of(12.0, 1, 1) == pytest.approx(9.6e-7, rel=0.01)
-    assert chance_of(12.0, 2, 10) == pytest.approx(10.0 * np.exp(-12.0))
-    assert chance_of(0.1, 1, 30) == 1.0
 
 
 def test_a_negative_delay_is_called_impossible() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
+from incsvr.model.rows import Factor
 from service import wire
 from service.cli.command_line import main
 from service.config.traced_effects import configured_effects as effects_of
@@ -18,7 +19,7 @@ from service.config.traced_effects import read_effects
 from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
-from tests.hidden import BIAS, LAG, TRUTH, recording, write_trace
+from tests.hidden import BIAS, LAG, TRUTH, acting, recording, write_trace
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
 
 ITERATIONS = 6
@@ -82,8 +83,9 @@ def test_what_the_tracer_writes_is_taken_up(tmp_path: Path) -> None:
         write(path, recording(seed, 280.0))
     assert main(["trace", *map(str, paths), "--inertia", "350", "--json", str(tmp_path / "trace.json")]) == 0
     model = read_effects(tmp_path / "trace.json", 350.0, ()).compensation.model
-    found = {term.effect: term.coefficients[0] for term in model.terms}
-    assert found == {"torque_lag": pytest.approx(LAG, rel=0.2), "bias_torque": pytest.approx(BIAS, rel=0.1)}
+    assert {effect.name for effect in model.effects} == {"torque_lag", "bias_torque"}
+    assert np.exp(model.theta["lag:yaw_rate"]) == pytest.approx(LAG, rel=0.2)
+    assert -model.theta["bias_torque@yaw_rate"] == pytest.approx(BIAS, rel=0.1)
 
 
 def test_the_learned_damping_is_closer_to_the_truth(start: StartBench, run: Recording, traced: Path) -> None:
@@ -172,9 +174,9 @@ def test_the_ledger_answers_before_anything_is_learned(start: StartBench, traced
 def test_what_refers_to_the_clock_of_its_recording_is_left_out_aloud(
     start: StartBench, changed: Callable[..., Path]
 ) -> None:
-    wave = {"effect": "wave", "variant": "", "coefficients": [1.0, 2.0], "inner": [7.0]}
-    step = {"effect": "drag_step", "variant": "", "coefficients": [0.1], "inner": [70.0]}
-    bench = start(effects=changed(lambda trace: trace["model"]["terms"].extend([wave, step])))
+    wave = acting("wave", Factor("wave", "time", 0.9), value=1.0).to_dict()
+    step = acting("drag_step", Factor("after", "time", 70.0), Factor("drag", "yaw_rate"), value=0.1).to_dict()
+    bench = start(effects=changed(lambda trace: trace["model"]["effects"].extend([wave, step])))
     assert bench.health().level == "WARN"
     assert [reason for reason in bench.health().reasons if "wave is left out: it refers to the clock" in reason]
     assert not [reason for reason in bench.health().reasons if "drag_step" in reason]
@@ -184,12 +186,7 @@ def test_what_refers_to_the_clock_of_its_recording_is_left_out_aloud(
 
 
 def sway(trace: Content) -> None:
-    trace["model"]["terms"].append(
-        {"effect": "coupling:sway", "variant": "", "coefficients": [8.0, 0.5], "inner": [0.1]}
-    )
-
-
-TWO_BIASES = {"effect": "bias_torque", "variant": "", "coefficients": [1.0, 2.0], "inner": []}
+    trace["model"]["effects"].append(acting("coupling:sway", Factor("value", "sway"), value=8.0).to_dict())
 
 
 @pytest.mark.parametrize(
@@ -198,9 +195,10 @@ TWO_BIASES = {"effect": "bias_torque", "variant": "", "coefficients": [1.0, 2.0]
         (lambda trace: trace["model"].update(inertia=340.0), "set vehicle.inertia to 340"),
         (sway, "add sway to signals.channels"),
         (lambda trace: trace.pop("model"), "this is no trace, it contains no model"),
-        (lambda trace: trace["model"].pop("terms"), "no trace of this version"),
-        (lambda trace: trace["model"]["terms"][0].update(effect="magic"), "no trace of this version"),
-        (lambda trace: trace["model"]["terms"].append(TWO_BIASES), "no trace of this version"),
+        (lambda trace: trace["model"].pop("effects"), "no trace of this version"),
+        (lambda trace: trace["model"]["effects"][0]["theta"].update(magic=1.0), "no trace of this version"),
+        (lambda trace: trace["model"]["effects"][1]["rows"][0].update(name="magic"), "no trace of this version"),
+        (lambda trace: trace["model"]["effects"][1]["rows"][0]["parts"][0][1].insert(0, "magic"), "of this version"),
     ],
 )
 def test_a_wrong_trace_is_refused_with_its_cure(

@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.effects.effect import Term
-from incsvr.tracing.findings import Finding
-from incsvr.tracing.model import TracedModel
+from incsvr.model_trace.findings import Finding
+from incsvr.model_trace.model import TracedModel
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.export.command import in_format
 from service.export.learned import Learned, of_file
 from service.recordings.recording_csv import write
 from simulator import leng
+from tests.hidden import lag
 from tests.service.conftest import PATIENCE
 
 LINEAR, QUADRATIC, INERTIA = 9.0, 26.0, 24.0
@@ -37,7 +37,7 @@ def traced(tmp_path: Path) -> Path:
     rate = np.linspace(-0.4, 0.5, 181)
     model = TracedModel(
         inertia=20.0, rate=rate, damping=LINEAR * rate + QUADRATIC * rate * np.abs(rate),
-        terms=(Term("torque_lag", "torque_lag", (0.3,), ()),), sigma=0.4, block=1.0, scale=2.0, origin=(0.0, 1.0),
+        effects=(lag(0.3),), sigma=0.4, block=1.0, scale=2.0, origin=(0.0, 1.0),
     )  # fmt: skip
     found = [
         ("torque_lag", {"time_constant_s": 0.3}, {"time_constant_s": (0.25, 0.35)}, ()),

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.effects import Term
 from incsvr.errors import BadInput
-from incsvr.tracing.model import TracedModel
+from incsvr.model.rows import Factor
+from incsvr.model_trace.model import TracedModel
 from service import wire
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.traced_effects import TracedEffects, effects_from_trace
@@ -26,7 +26,7 @@ from service.live.tracing_state import TraceContent, TracingState
 from service.recordings.recording import Recording
 from service.state.store import Store
 from simulator import leng
-from tests.hidden import recording, with_channels, write_trace
+from tests.hidden import acting, recording, with_channels, write_trace
 from tests.service.config.test_traced_effects import part
 from tests.service.conftest import PATIENCE, configured
 from tests.service.live.test_live_tracing import tracing
@@ -57,7 +57,8 @@ def found(tmp_path: Path) -> dict[str, Any]:
     write_trace(path)
     trace: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     model = TracedModel.from_dict(trace["model"])
-    return trace | {"model": replace(model, terms=(*model.terms, Term("coupling:sway", "", (8.0,), (0.0,)))).to_dict()}
+    pushed = acting("coupling:sway", Factor("value", "sway"), value=-8.0)
+    return trace | {"model": replace(model, effects=(*model.effects, pushed)).to_dict()}
 
 
 def effects(found: dict[str, Any]) -> TracedEffects:

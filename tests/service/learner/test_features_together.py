@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 import zenoh
 
-from incsvr.effects import Term
 from incsvr.errors import BadInput
+from incsvr.model_trace.model import TracedModel
 from incsvr.plant.body import CORIOLIS
-from incsvr.tracing.model import TracedModel
 from service import wire
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.export.command import in_format
@@ -25,6 +24,7 @@ from service.learner.feedforward_reply import feedforward_reply
 from service.learner.stand_in import forecast_reply
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
+from tests.hidden import trim
 from tests.service.conftest import PATIENCE, configured, cut
 from tests.whole_vehicle import LINEAR, QUADRATIC, whole_vehicle
 from tests.whole_vehicle import MASS as COUPLED_MASS
@@ -39,7 +39,7 @@ def traced(folder: Path) -> Path:
     """A trace of the vehicle in its body, with a constant moment."""
     rate = np.linspace(-1.0, 1.0, 61)
     damping = LINEAR[2] * rate + QUADRATIC[2] * rate * np.abs(rate)
-    model = TracedModel(float(MASS[5]), rate, damping, (Term("bias_torque", "", (BIAS,)),), 1.0, 0.3, 2.0, (0.0, 100.0))
+    model = TracedModel(float(MASS[5]), rate, damping, (trim(BIAS),), 1.0, 0.3, 2.0, (0.0, 100.0))
     content = {
         "effects": [{"effect": "bias_torque", "parameters": {"moment_nm": BIAS}}],
         "model": model.to_dict(),

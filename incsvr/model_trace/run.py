@@ -1,0 +1,154 @@
+"""One recording as the tracer takes it, and whether it can be used at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.model_trace.gyro import check_gyro
+from incsvr.model_trace.thresholds import MIN_SAMPLES
+from incsvr.numerics import Array, running_integral
+from incsvr.plant.axes import YAW, of_rate
+from incsvr.plant.words import AxisWords, words_of
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One contiguous recording; a cell that was not sampled is NaN.
+
+    Attributes:
+        name: what messages call it.
+        time: (n,) strictly increasing [s].
+        yaw_rate: (n,) r [rad/s].
+        torque: (n,) τ, the yaw moment that the actuators are told to apply, positive the way yaw_rate is [N m].
+        channels: further streams by name, (n,) each; `heading` in rad.
+        rate_name: what the recording calls the velocity that stands in `yaw_rate`, of another axis than yaw.
+        rate_limit: the velocity beyond which it is in another unit; None is what no vehicle of this axis reaches.
+    """
+
+    name: str
+    time: Array
+    yaw_rate: Array
+    torque: Array
+    channels: Mapping[str, Array] = field(default_factory=dict)
+    rate_name: str = YAW.rate
+    rate_limit: float | None = None
+
+    @property
+    def words(self) -> AxisWords:
+        """The words for the quantities of the axis."""
+        return words_of(of_rate(self.rate_name))
+
+
+def stream(run: Run, values: Array) -> tuple[Array, Array]:
+    """The instants at which a stream was sampled, and its values there."""
+    here = np.isfinite(values)
+    return run.time[here], values[here]
+
+
+def pieces(run: Run) -> list[Run]:
+    """The run cut where one of the two streams pauses for more than a second and ten of its periods."""
+    cuts = []
+    for values in (run.yaw_rate, run.torque):
+        at, _ = stream(run, values)
+        gaps = np.diff(at)
+        cuts += [(at[k], at[k + 1]) for k in np.flatnonzero(gaps > max(1.0, 10.0 * float(np.median(gaps))))]
+    if not cuts:
+        return [run]
+    pieces = []
+    begin = run.time[0]
+    for gap_begin, gap_end in sorted(cuts):
+        if gap_begin > begin:
+            pieces.append(_part(run, begin, gap_begin))
+        begin = max(begin, gap_end)
+    pieces.append(_part(run, begin, run.time[-1]))
+    return [piece for piece in pieces if all(np.isfinite(v).sum() > 5 for v in (piece.yaw_rate, piece.torque))]
+
+
+def _part(run: Run, begin: float, end: float) -> Run:
+    here = (run.time >= begin) & (run.time <= end)
+    channels = {name: values[here] for name, values in run.channels.items()}
+    return replace(run, time=run.time[here], yaw_rate=run.yaw_rate[here], torque=run.torque[here], channels=channels)
+
+
+def check(runs: Sequence[Run]) -> None:
+    """Refuse what no method can answer.
+
+    Raises:
+        BadInput: no runs, unequal lengths, time that does not increase, too few samples, time stamps in milliseconds,
+            a constant yaw rate, a yaw rate or heading in degrees, a gyro that was stuck or clipped.
+    """
+    if not runs:
+        raise BadInput("no recording was given: name at least one CSV file")
+    for run in runs:
+        lengths = {run.time.size, run.yaw_rate.size, run.torque.size, *(c.size for c in run.channels.values())}
+        if len(lengths) != 1:
+            raise BadInput(f"{run.name}: the columns have different lengths; give every column one cell per row")
+        if not np.all(np.isfinite(run.time)) or np.any(np.diff(run.time) <= 0):
+            raise BadInput(f"{run.name}: t must increase from row to row; sort the rows and drop repeated stamps")
+        _check_streams(run)
+    _check_together(runs)
+
+
+def sample_period(runs: Sequence[Run], of: Literal["yaw_rate", "torque"]) -> float:
+    """Median time between two samples of a stream, over all runs together [s]."""
+    steps = [np.diff(stream(run, run.yaw_rate if of == "yaw_rate" else run.torque)[0]) for run in runs]
+    return float(np.median(np.concatenate(steps)))
+
+
+def _check_streams(run: Run) -> None:
+    words = run.words
+    for label, values in (("yaw_rate", run.yaw_rate), ("torque", run.torque)):
+        if np.isfinite(values).sum() < 2:
+            raise BadInput(f"{run.name}: {label} holds no numbers; record it or leave this run out")
+    period = sample_period([run], "yaw_rate")
+    if period >= 1.0 and period == round(period) and run.time[-1] - run.time[0] > 2000.0:
+        raise BadInput(
+            f"{run.name}: the {words.rate} is sampled every {period:g} s, which looks like time stamps in ms; "
+            "divide t by 1000"
+        )
+    fastest = float(np.nanpercentile(np.abs(run.yaw_rate), 99))
+    if fastest > (of_rate(run.rate_name).fastest if run.rate_limit is None else run.rate_limit):
+        raise BadInput(
+            f"{run.name}: |{words.rate_column}| reaches {fastest:.3g}, no vehicle {words.turns} at that many "
+            f"{words.rate_unit}; convert degrees, or raise vehicle.rate_limit if it does"
+        )
+    heading = run.channels.get("heading")
+    if heading is not None and np.isfinite(heading).sum() > 2:
+        at, angle = stream(run, heading)
+        angle_steps = np.abs(np.diff(np.unwrap(angle)))
+        expected = np.abs(np.diff(np.interp(at, *_integral(run))))
+        if np.nanmax(np.abs(angle)) > 30.0 and np.median(angle_steps) > 10.0 * max(float(np.median(expected)), 1e-9):
+            raise BadInput(
+                f"{run.name}: heading turns far faster than the {words.rate} says; convert it from degrees to rad"
+            )
+    when, rate = stream(run, run.yaw_rate)
+    check_gyro(run.name, when, rate, np.interp(when, *stream(run, run.torque)), words)
+
+
+def _integral(run: Run) -> tuple[Array, Array]:
+    at, rate = stream(run, run.yaw_rate)
+    return at, running_integral(at, rate)
+
+
+def _check_together(runs: Sequence[Run]) -> None:
+    samples = min(
+        sum(int(np.isfinite(values).sum()) for values in streams)
+        for streams in (
+            [run.yaw_rate for run in runs],
+            [run.torque for run in runs],
+        )
+    )
+    if samples < MIN_SAMPLES:
+        raise BadInput(
+            f"{samples} samples are too few to trace anything; record at least {MIN_SAMPLES}, better ten minutes"
+        )
+    rate = np.concatenate([stream(run, run.yaw_rate)[1] for run in runs])
+    if np.ptp(rate) <= 1e-9:
+        raise BadInput(
+            f"the {runs[0].words.rate} never changes: nothing can be learned from it; check the gyro's stream"
+        )
