@@ -48,7 +48,6 @@ ROOMS = (
     "signals",
     "checks",
     "learning",
-    "free_run",
     "effects",
     "tracing",
     "model_trace",

@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
 from incsvr.effects import Signals
-from incsvr.free_run.motions import Motion
+from incsvr.learning.free_run import Motion
 from incsvr.numerics import Array, Streams
 from incsvr.tracing.model import TracedModel
 
