@@ -48,7 +48,6 @@ ROOMS = (
     "signals",
     "checks",
     "learning",
-    "free_run",
     "model_trace",
     "compensation",
     "forecasting",

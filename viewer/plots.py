@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.free_run.fit_pictures import FitPictures
+from incsvr.learning.fit_pictures import FitPictures
 from incsvr.model_trace.findings import Trace
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -215,11 +216,16 @@ def _moment(model: TracedModel, plan: Plan, rest: Array) -> tuple[Array, dict[st
     needed, taken = rest, dict[str, Array]()
     for _ in range(INFLOW_ROUNDS):
         before = needed
-        taken = parts(acting.effects, model.axis, signals, lambda _, needed=needed: needed)
+        taken = parts(acting.effects, model.axis, signals, partial(_at_rest, needed))
         needed = np.asarray(rest + sum(taken.values()))
         if np.array_equal(before, needed):
             break
     return needed, of_inertia | {name: np.broadcast_to(each, plan.time.shape) for name, each in taken.items()}
+
+
+def _at_rest(needed: Array, stage: Stage) -> Array:
+    """The moment that is needed: a stage that shapes the thrust is undone afterwards."""
+    return needed
 
 
 def _command(

@@ -36,7 +36,7 @@ def traced_free_run_errors(
         return []
     model, axis = compensation.model, compensation.model.axis
     width = 2.0 * max(1e-3, *(float(np.abs(piece[YAW_RATE][1]).max()) for piece in pieces)) / cells
-    table = damping(width * np.arange(-cells, cells + 1))
+    table = damping(np.asarray(width * np.arange(-cells, cells + 1)))
     own = Row("learned", (Part(axis, Factor("curve", axis, width, tuple(table.tolist()))),))
     names = {name: stream for name, stream in compensation.streams.items() if stream != YAW_RATE}
     given = {axis: math.log(model.inertia)}

@@ -32,7 +32,7 @@ BY_WIDTH: dict[str, Function] = {
     "wave_later": lambda width, x, out=None: np.cos(width * x, out),
     "about": lambda width, x, out=None: np.subtract(x, width, out),
     "raised": lambda width, x, out=None: np.add(np.abs(x), width, out),
-    "bend": lambda width, x, out=None: np.subtract(x, np.clip(x, -width, width), out),
+    "bend": lambda width, x, out=None: np.subtract(x, np.minimum(np.maximum(x, -width), width), out),
     "beyond": lambda width, x, out=None: np.multiply(np.abs(x) > width, 1.0, out),
     "after": lambda width, x, out=None: np.multiply(x >= width, 1.0, out),
 }

@@ -204,7 +204,8 @@ def equations(by: Array, problem: Problem, error: Array, begin: Array, scale: Ar
     """Costs and normal equations of every window from (samples, p + axes) slopes and (samples,) errors."""
     windows, p = problem.windows, by.shape[1] - len(begin)
     weight = weights(error, scale, windows)
-    blocks = np.stack([by[part].T @ (by[part] * weight[part, None]) for part in windows.samples])
+    weighted = by * np.sqrt(weight)[:, None]
+    blocks = np.stack([weighted[part].T @ weighted[part] for part in windows.samples])
     across = blocks[:, :p, p:]
     inner = blocks[:, p:, p:] + np.diag(np.minimum(windows.noise, scale) ** -2.0)
     by_theta = np.asarray(np.linalg.solve(inner, across.transpose(0, 2, 1)))

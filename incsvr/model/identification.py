@@ -16,7 +16,7 @@ from incsvr.model.left_out import gain, left_out
 from incsvr.model.predictor import frequencies, predictor
 from incsvr.model.rivals import excluded_free_runs
 from incsvr.model.rows import Row, free_products, mirrored
-from incsvr.model.scales import motion_scale, step_of, time_constants
+from incsvr.model.scales import coarse_period, fastest, motion_scale, step_of, time_constants
 from incsvr.model.search import Found, convincing, drives, search
 from incsvr.model.series import duration, effort_of, period, values
 from incsvr.model.start import start
@@ -88,13 +88,11 @@ def plain_fit(
     fewest: float = 24.0,  # windows: with fewer neither folds nor blocks show the error of an estimate
 ) -> Fit:
     """The plain model; step and horizon follow its time constants, and the efforts' way between samples fits best."""
-    sample = min(period(runs, axis) for axis in structure.axes)
     theta = start(structure, runs)
     length = duration(runs, structure.axes[0])
-    scale = min(motion_scale(runs, axis) for axis in structure.axes)
-    fast, slow = (time_constants(structure, theta, runs, quantile) for quantile in (0.95, 0.5))
+    fast, slow = fastest(structure, theta, runs), time_constants(structure, theta, runs, 0.5)
     for turn in range(3):
-        step = step_of(sample, min(float(fast.min()), scale))
+        step = step_of(coarse_period(runs, structure.axes, fast), fast)
         horizon = min(constants * float(slow.max()), length / fewest)
         problem = Problem(cut(runs, structure, step, horizon))
         begin: Array | None = None
@@ -107,8 +105,8 @@ def plain_fit(
             structure, theta, begin = best.structure, dict(best.theta), best.starts
         found = fit(structure, theta, problem, begin)
         theta = dict(found.theta)
-        fast, slow = (time_constants(structure, theta, runs, quantile) for quantile in (0.95, 0.5))
-        near = 0.7 < step_of(sample, min(float(fast.min()), scale)) / step < 1.5
+        fast, slow = fastest(structure, theta, runs), time_constants(structure, theta, runs, 0.5)
+        near = 0.7 < step_of(coarse_period(runs, structure.axes, fast), fast) / step < 1.5
         wanted = min(constants * float(slow.max()), length / fewest)
         if near and 0.6 < wanted / horizon < 1.7:
             break

@@ -5,11 +5,13 @@ Beside the velocities go the angles that follow from them, the memories of rows,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from incsvr.model.efforts import Stage
 from incsvr.model.factors import Factors, Indices
-from incsvr.model.rows import ONE, Factor, value
+from incsvr.model.rows import ONE, Factor, Row, value
 from incsvr.model.series import effort_of
 from incsvr.model.structure import STAGES, Structure, is_logarithm
 from incsvr.model.windows import ANGLES, Windows
@@ -82,15 +84,16 @@ class Motion:
         self.value = own_values(structure, columns)
         axes = structure.axes
         self.pairs, self.matrix = products(structure, columns)
-        read = any(each.of in ANGLES or each.kind.startswith("down") for pair in self.pairs for each in pair)
-        angles = ANGLES.items() if read else ()  # what no row reads costs two fifths of the time
-        self.angles = [angle for angle, rate in angles if angle in structure.channels and rate in axes]
         self.memories = [row for row in structure.rows if row.follows]
+        read = _read(self.pairs, self.memories)
+        self.angles = [
+            angle for angle, rate in ANGLES.items() if angle in structure.channels and rate in axes and angle in read
+        ]
         self.states = [*axes, *self.angles, *(f"~{row.key}" for row in self.memories)]
         if structure.predictor:
             self.states += [f"~disturbance@{axis}" for axis in axes]
         efforts = [effort_of(axis) for axis in structure.driven]
-        self.channels = [name for name in structure.channels if name not in self.states]
+        self.channels = [name for name in structure.channels if name in read and name not in self.states]
         self.signals = [*self.states, *efforts, *self.channels]
         self.factors = Factors((factor for pair in self.pairs for factor in pair), self.signals)
         self.one, self.other = places(self.factors, self.pairs)
@@ -169,27 +172,36 @@ class Motion:
         else:
             np.matmul(self._whole, self._all, out=out[:, :size])
         if self.angles:
-            out[:, size : size + len(self.angles)] = self.turning(self._values[:, 1:])
+            self.turning(self._values[:, 1:], out[:, size : size + len(self.angles)])
         for j, (row, constant) in enumerate(zip(self.memories, self.constants, strict=True), size + len(self.angles)):
             out[:, j] = (self._values[:, 1 + self._at[row.follows]] - self.state[:, j]) / constant
 
-    def turning(self, signals: Array) -> Array:
-        """(…, angles, windows) slopes of the angles from (…, signals, windows) (Fossen 2011, Eq. 2.26); a velocity that
-        is not recorded is zero."""
+    def turning(self, signals: Array, out: Array) -> None:
+        """Writes the slopes of the angles (…, angles, windows), made of (…, signals, windows) (Fossen 2011, Eq. 2.26);
+        a velocity or an angle that is not recorded is zero."""
+        p, q, r, roll, pitch = (
+            signals[..., self._at[name], :] if name in self._at else 0.0
+            for name in ("roll_rate", "pitch_rate", "yaw_rate", "roll", "pitch")
+        )
+        sine, cosine, upright = np.sin(roll), np.cos(roll), np.cos(pitch)
+        upright = np.where(np.abs(upright) < 0.05, 0.05, upright)  # beyond 87° Euler angles have no rates
+        turning = (q * sine + r * cosine) / upright
+        for j, angle in enumerate(self.angles):
+            if angle == "roll":
+                out[..., j, :] = p + turning * np.sin(pitch)
+            else:
+                out[..., j, :] = q * cosine - r * sine if angle == "pitch" else turning
 
-        def of(name: str) -> Array:
-            return signals[..., self._at[name], :] if name in self._at else np.zeros_like(signals[..., 0, :])
 
-        p, q, r = of("roll_rate"), of("pitch_rate"), of("yaw_rate")
-        sine, cosine, pitch = np.sin(of("roll")), np.cos(of("roll")), of("pitch")
-        along = q * sine + r * cosine
-        upright = np.where(np.abs(np.cos(pitch)) < 0.05, 0.05, np.cos(pitch))  # beyond 87° Euler angles have no rates
-        found = {
-            "roll": p + along * np.sin(pitch) / upright,
-            "pitch": q * cosine - r * sine,
-            "heading": along / upright,
-        }
-        return np.stack([found[angle] for angle in self.angles], axis=-2)
+def _read(pairs: Sequence[Pair], memories: Sequence[Row]) -> set[str]:
+    """Signals that the equation reads; each angle turns with the other velocities and angles."""
+    kinds = {factor.kind for pair in pairs for factor in pair}
+    found = {factor.of for pair in pairs for factor in pair} | {row.follows for row in memories}
+    if any(kind.startswith("down") for kind in kinds):
+        found |= {"roll", "pitch"}
+    if found & ANGLES.keys():
+        found |= {"roll", "pitch", *ANGLES.values()}
+    return found
 
 
 def places(factors: Factors, pairs: list[Pair]) -> tuple[Indices, Indices]:

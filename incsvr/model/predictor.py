@@ -16,8 +16,8 @@ from scipy.linalg import solve_toeplitz, solveh_banded
 
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
-from incsvr.model.scales import motion_scale, step_of, time_constants
-from incsvr.model.series import duration, effort_of, noise, period, values
+from incsvr.model.scales import coarse_period, fastest, step_of
+from incsvr.model.series import duration, effort_of, noise, period, thinned, values
 from incsvr.model.structure import Structure
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, robust_deviation
@@ -49,10 +49,11 @@ def predictor(
 ) -> Predictor:
     """The plain model as a predictor with white innovations, from the best of several starts."""
     axes = plain.structure.axes
+    fast = fastest(plain.structure, plain.theta, runs)
+    # Samples are left out, not averaged: a mean of samples knows what a controller has answered to the first of them.
+    runs = [thinned(run, axes, coarse_period(runs, axes, fast)) for run in runs]
     sample = min(period(runs, axis) for axis in axes)
-    fast = float(time_constants(plain.structure, dict(plain.theta), runs, 0.95).min())
-    scale = min(motion_scale(runs, axis) for axis in axes)
-    step = step_of(sample, 0.25 * min(fast, scale))
+    step = step_of(sample, 0.25 * fast)
     horizon = max(duration(runs, axes[0]) / windows, 20.0 * sample)
     structure = replace(plain.structure, predictor=True)
     best = _fitted(structure, plain, runs, step, horizon, sample)
@@ -64,19 +65,25 @@ def predictor(
         before = list(best.problem.windows.runs)
         for ratio in WALKS:
             smoothed, share = _smoothed(before, name, ratio)
-            found = _fitted(structure, plain, smoothed, step, horizon, sample)
+            found = _fitted(best.structure, plain, smoothed, step, horizon, sample, (best.structure.ways[axis],))
             if found.value < best.value - 10.0:  # the samples as they are, unless others clearly predict better
                 best, reliability[axis] = found, share
     return Predictor(whitened(whitened(best, lags), lags), reliability)
 
 
 def _fitted(
-    structure: Structure, plain: Fit, runs: Sequence[Streams], step: float, horizon: float, sample: float
+    structure: Structure,
+    plain: Fit,
+    runs: Sequence[Streams],
+    step: float,
+    horizon: float,
+    sample: float,
+    ways: Sequence[str] = WAYS,
 ) -> Fit:
     """The best of the predictors from all starts and ways: in closed loop the plain model has those of a controller."""
     shifts = {name: 0.0 for name in structure.names if name.startswith("shift")}
     found = []
-    for way in WAYS:
+    for way in ways:
         other = replace(structure, ways=dict.fromkeys(structure.driven, way))
         problem = Problem(cut(runs, other, step, horizon))
         for gain, drift in STARTS:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from incsvr.model.series import duration, values
+from incsvr.model.series import duration, noise, period, values
 from incsvr.model.structure import Structure, Theta
 from incsvr.numerics import Array, Streams
 
@@ -23,7 +23,7 @@ def time_constants(structure: Structure, theta: Theta, runs: Sequence[Streams], 
 
 
 def motion_scale(runs: Sequence[Streams], name: str) -> float:
-    """The lag at which a stream's autocorrelation falls below a half [s]."""
+    """The lag at which the autocorrelation of a stream's motion, without its white noise, falls below a half [s]."""
     found = []
     for run in runs:
         t, v = run[name]
@@ -31,9 +31,23 @@ def motion_scale(runs: Sequence[Streams], name: str) -> float:
         even = even - even.mean()
         spectrum = np.abs(np.fft.rfft(even, 2 * even.size)) ** 2
         correlation = np.fft.irfft(spectrum)[: even.size]
+        correlation[0] = max(correlation[0] - even.size * noise(v) ** 2, correlation[1])
         below = np.flatnonzero(correlation < 0.5 * correlation[0])
         found.append(float(below[0] if below.size else even.size) * (t[-1] - t[0]) / max(t.size - 1, 1))
     return float(np.median(found))
+
+
+def fastest(structure: Structure, theta: Theta, runs: Sequence[Streams], least: float = 0.2) -> float:
+    """The shortest time constant that the motion shows [s]: of a model, but not much below the motion's own scale, to
+    which noise drives the drag of a fit."""
+    constants = time_constants(structure, theta, runs, 0.95)
+    scales = np.array([motion_scale(runs, axis) for axis in structure.axes])
+    return float(np.clip(constants, least * scales, scales).min())
+
+
+def coarse_period(runs: Sequence[Streams], axes: Sequence[str], constant: float, share: float = 0.05) -> float:
+    """The time between samples that shows a motion with this fastest time constant [s]: what is finer only repeats."""
+    return max(min(period(runs, axis) for axis in axes), share * constant)
 
 
 def step_of(sample: float, constant: float) -> float:

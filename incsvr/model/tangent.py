@@ -181,7 +181,8 @@ class _Steps:
             for j in range(rows.stop):
                 moved = np.repeat(signals[None], 2, axis=0)
                 moved[:, j] += np.array([[1e-5], [-1e-5]])
-                turned = motion.turning(moved)
+                turned = np.empty((2, len(motion.angles), moved.shape[-1]))
+                motion.turning(moved, turned)
                 slope[:, rows, j] = ((turned[0] - turned[1]) / 2e-5).T
         memories = zip(motion.memories, motion.constants, strict=True)
         for j, (row, constant) in enumerate(memories, size + len(motion.angles)):

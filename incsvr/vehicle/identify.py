@@ -26,7 +26,7 @@ from incsvr.plant.terms import LINEAR, QUADRATIC, Term
 from incsvr.vehicle.current import suspected_current
 from incsvr.vehicle.equation import LEFT, rates
 from incsvr.vehicle.manoeuvres import divergences, manoeuvres
-from incsvr.vehicle.model import Vehicle
+from incsvr.vehicle.model import Vehicle, beaten
 from incsvr.vehicle.of_fit import Pair, vehicle_of
 from incsvr.vehicle.prediction import NO_ERRORS, Course, Errors, alone, errors, unseen_parts
 from incsvr.vehicle.runs import axes_of, largest, prepared
@@ -91,6 +91,11 @@ class Identified:
         name = min(shares, key=lambda each: shares[each])
         return {"name": name, "free_run_rmse": dict(zip(found.axes, rivals[name], strict=True))}
 
+    @property
+    def verdict(self) -> tuple[str, ...]:
+        """A sentence where no model is worth its while; none where one is."""
+        return beaten(self.best["name"]) if self.errors.axes else ()
+
     def to_dict(self) -> dict[str, Any]:
         """The result as plain data: each axis, the mass matrix, the errors of free runs, and the vehicle file."""
         vehicle = self.vehicle.to_dict()
@@ -103,6 +108,7 @@ class Identified:
                 **self.errors.to_dict(),
                 **({"best": self.best} if self.errors.axes else {}),
             },
+            "verdict": list(self.verdict),
             "manoeuvres": list(self.manoeuvres),
             "warnings": list(self.warnings),
             "seconds": self.seconds,
@@ -180,12 +186,13 @@ def identify(
         *divergences(judged, vehicle.driven),
     )
     advice = manoeuvres(vehicle)
-    vehicle = replace(vehicle, doubts=(*advice, *warnings))
-    seconds = duration(runs, AXES[axes[0]].rate)
-    return Identified(
-        vehicle, model, _refusals(axes), advice, judged, by_itself, seconds, validate and unseen is not None, course,
-        warnings,
+    identified = Identified(
+        vehicle, model, _refusals(axes), advice, judged, by_itself, duration(runs, AXES[axes[0]].rate),
+        validate and unseen is not None, course, warnings,
     )  # fmt: skip
+    doubts = (*identified.verdict, *advice, *warnings)
+    beaten_by = identified.best["name"] if identified.verdict else ""
+    return replace(identified, vehicle=replace(vehicle, doubts=doubts, beaten_by=beaten_by))
 
 
 def _check(runs: Sequence[Streams], axes: Sequence[str], given: Mapping[str, float]) -> None:

@@ -69,6 +69,7 @@ class Vehicle:
         fastest: (6,) fastest velocities of the data [m/s], [rad/s]: beyond them the model is a guess.
         doubts: why predictions, parameters or intervals may be wrong, one sentence each.
         thrust: what the actuators of an axis make of its effort, by axis: stages, as in `incsvr.vehicle.equation`.
+        beaten_by: `zero` or `hold`, which predicts unseen data better than the model; empty where none does.
     """
 
     name: str
@@ -80,6 +81,7 @@ class Vehicle:
     fastest: Array
     doubts: tuple[str, ...] = ()
     thrust: Mapping[str, Mapping[str, Parameter]] = field(default_factory=dict)
+    beaten_by: str = ""
 
     @property
     def rows(self) -> list[int]:
@@ -190,6 +192,7 @@ class Vehicle:
             **({"thrust": self._thrust()} if self.thrust else {}),
             "fastest": dict(zip(AXES, (float(value) for value in self.fastest), strict=True)),
             "doubts": list(self.doubts),
+            **({"beaten_by": self.beaten_by} if self.beaten_by else {}),
         }
 
     def _thrust(self) -> dict[str, dict[str, Any]]:
@@ -212,7 +215,17 @@ class Vehicle:
             for axis, of in data.get("thrust", {}).items()
         }
         axes, driven = _axes(data["axes"]), _axes(data["driven"])
-        return Vehicle(data["name"], axes, driven, mass, terms, lags, fastest, doubts, thrust)
+        return Vehicle(
+            data["name"], axes, driven, mass, terms, lags, fastest, doubts, thrust, data.get("beaten_by", "")
+        )
+
+
+def beaten(by: str) -> tuple[str, ...]:
+    """A sentence on what predicts unseen data better than a model, by its name; none where it is a model."""
+    what = {"zero": "a velocity of zero", "hold": "the first velocity kept"}.get(by)
+    if what is None:
+        return ()
+    return (f"{what} predicts unseen data better than this model: record steps of every effort to both sides",)
 
 
 def _signals(row: Row) -> set[str]:

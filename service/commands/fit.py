@@ -9,8 +9,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from incsvr.free_run.output_error import InertiaEstimate
 from incsvr.learning.learner import Settings
+from incsvr.model.inertia import InertiaEstimate
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import words_of

@@ -10,12 +10,10 @@ from incsvr.checks import YOUNG_CURVE_BATCHES, Vehicle, Verdict
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.traced_motion import traced_free_run_errors
 from incsvr.errors import BadInput
-from incsvr.free_run.errors import FreeRun, free_run_errors, rmse
-from incsvr.free_run.motions import motions
-from incsvr.free_run.several_velocities import free_run_errors as over_several
 from incsvr.learning import checked_learner
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation
+from incsvr.learning.free_run import FreeRun, free_runs, motions, rmse
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
@@ -137,25 +135,21 @@ class Terms:
             if coupled is not None and compensation is None:
                 found = [motion.among(coupled, streams, signals.smoothing) for motion in found]
             pieces += [(motion, streams) for motion in found]
-        driven = [motion for motion, _ in pieces]
-        if compensation is not None:
-            whole = [
-                {**streams, YAW_RATE: (each.rate_time, each.yaw_rate), TORQUE: (each.torque_time, each.torque)}
-                for each, streams in pieces
-            ]
-            errors = traced_free_run_errors(whole, compensation, lambda rate: model.predict(rate).damping)
-        elif self.inputs:
-            errors = over_several(pieces, signals.inertia, model)
-        else:
-            errors = free_run_errors(driven, signals.inertia, lambda rate: model.predict(rate).damping)
+        if compensation is None:
+            return free_runs(pieces, signals.inertia, model)
+        whole = [
+            {**streams, YAW_RATE: (each.rate_time, each.yaw_rate), TORQUE: (each.torque_time, each.torque)}
+            for each, streams in pieces
+        ]
+        errors = traced_free_run_errors(whole, compensation, lambda rate: model.predict(rate).damping)
         return [
             FreeRun(motion.rate_time, motion.yaw_rate, motion.yaw_rate + error)
-            for motion, error in zip(driven, errors, strict=True)
+            for (motion, _), error in zip(pieces, errors, strict=True)
         ]
 
     def free_run(self, runs: Sequence[Recording], signals: SignalSettings, model: Model) -> float | None:
         """The root mean square error of free runs over recordings [rad/s]; None where the model runs away."""
-        return rmse([run.error for run in self.free_runs(runs, signals, model)])
+        return rmse(self.free_runs(runs, signals, model))
 
 
 class HeldTooSeldom(BadInput):

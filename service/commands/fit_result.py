@@ -13,11 +13,11 @@ from incsvr.checks import Verdict
 from incsvr.checks import verdict_sentences as in_sentences
 from incsvr.checks.resolution import resolution_fault
 from incsvr.errors import BadInput
-from incsvr.free_run.errors import rmse
-from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.coefficients import Interval, coefficients, negative_drag
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_answers
+from incsvr.learning.fit_pictures import FitPictures
+from incsvr.learning.free_run import rmse
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.axis_words import in_words_of
@@ -134,7 +134,7 @@ class Fit:
             training.guarded,
             training.errors,
             sequence(unseen).name if unseen else "",
-            rmse([run.error for run in pictured]) if unseen else None,
+            rmse(pictured) if unseen else None,
             FitPictures(model, samples, pictured, sequence(unseen or runs).name, bool(unseen)),
             () if terms.compensation is None else terms.compensation.names,
             len(training.verdicts) - len(iterations),

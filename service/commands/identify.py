@@ -228,7 +228,11 @@ HORIZON_HEAD = "  {:<28}{}"
 def text(found: Identified) -> str:
     """The result for people."""
     vehicle = found.vehicle
-    lines = [f"vehicle {vehicle.name}: {found.seconds:.0f} s of motion, steps of {found.step:.3g} s", ""]
+    lines = [
+        *found.verdict,
+        f"vehicle {vehicle.name}: {found.seconds:.0f} s of motion, steps of {found.step:.3g} s",
+        "",
+    ]
     inertia = "effective inertia" if found.effective else "inertia"
     for axis in vehicle.axes:
         passive = "" if axis in vehicle.driven else " (no effort acts along it)"

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.free_run.fit_pictures import FitPictures
+from incsvr.learning.fit_pictures import FitPictures
 from incsvr.learning.prediction import Prediction
 from incsvr.model_trace.findings import Trace
 from incsvr.plant.axes import YAW, Axis

@@ -118,6 +118,7 @@ class Entries(Part):
     fastest: dict[Axis, Annotated[StrictFloat, Field(ge=0.0, le=50.0)]]
     learners: dict[StrictStr, dict[StrictStr, Any]] = Field(default={})
     doubts: tuple[Annotated[StrictStr, AfterValidator(_name)], ...] = ()
+    beaten_by: Literal["", "zero", "hold"] = ""
 
     @model_validator(mode="after")
     def _of_its_axes(self) -> Self:
@@ -211,6 +212,7 @@ HEAD = f"""\
 # thrust: stages that an effort passes before its lag, in this order: exponent p, u → u₀ (u/u₀)ᵖ with u₀ the
 # full_effort; dead_zone [N], [N m]; limit; reverse, the share that thrust astern has of thrust ahead; delay_s.
 # doubts: why predictions, parameters or intervals may be wrong; an export repeats them.
+# beaten_by: zero or hold, where no motion, or the first velocity kept, predicts unseen data better than the model.
 # learners: what `incsvr serve --vehicle FILE` learns, in the names of config.yaml; change it as you like.
 """
 MAX_BYTES = 1_000_000

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from incsvr.vehicle import Vehicle
+from incsvr.vehicle.model import beaten
 from service.bus.client import NoAnswer, bus_client
 from service.cli.output import refuse_unwritable, writing
 from service.config.configuration import Config
@@ -50,6 +51,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="the axes of the vehicle file are to port and up, as in ROS (SNAME: to starboard and down)",
     )
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        help="export a model even where a velocity of zero, or the first one kept, predicts unseen data better",
+    )
     add_client_arguments(parser, whom=" a running learner")
 
 
@@ -65,6 +71,8 @@ def run(args: argparse.Namespace) -> int:
         except NoAnswer as error:
             raise NoAnswer(f"{error}; or name a state directory or a trace's JSON") from error
         source = model.source
+    if (why := beaten(model.beaten_by)) and not args.force:
+        raise BadInput(f"{source}: {why[0]}, or export it all the same with --force")
     across = None if args.inertia_xy is None else (args.inertia_xy[0], args.inertia_xy[1])
     text, remarks = in_format(model, args.format, args.dry_mass, args.dry_inertia, across, args.port_and_up)
     if args.out is None:

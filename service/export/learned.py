@@ -44,6 +44,7 @@ class Learned:
         doubt: (n,) its own standard deviation; None likewise.
         noise: the samples' own deviation; None likewise.
         effects: what was traced beside the damping, as `to_dict` gives it.
+        beaten_by: what predicts unseen data best, by its name in a trace; empty where nobody knows.
     """
 
     source: str
@@ -57,6 +58,7 @@ class Learned:
     doubt: Array | None
     noise: float | None
     effects: tuple[Mapping[str, Any], ...]
+    beaten_by: str = ""
 
     @property
     def form_error(self) -> float:
@@ -188,7 +190,8 @@ def _of_trace(found: Mapping[str, Any], path: Path) -> Learned:
     linear, quadratic = (_alone(each) for each in np.linalg.lstsq(terms, damping, rcond=None)[0])
     inertia, effects = _with_effects(model["inertia"], found["effects"])
     source = f"incsvr trace, {path.name}"
-    return Learned(source, axis, inertia, linear, quadratic, rate, damping, None, None, None, effects)
+    beaten_by = found.get("error", {}).get("best", {}).get("name", "")
+    return Learned(source, axis, inertia, linear, quadratic, rate, damping, None, None, None, effects, beaten_by)
 
 
 def _alone(value: float) -> Interval:

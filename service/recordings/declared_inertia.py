@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.free_run.motions import held_motions, motions
-from incsvr.free_run.output_error import InertiaEstimate, identify
+from incsvr.learning.free_run import motions
+from incsvr.model.inertia import InertiaEstimate, estimate_inertia
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import AxisWords, words_of
-from incsvr.signals.settings import COMMANDED, TorqueKind
+from incsvr.signals import TORQUE, YAW_RATE
+from incsvr.signals.settings import TorqueKind
 from service.cli.progress import progress
 from service.config.configuration import Config
 from service.number import decimal_comma, number_of
@@ -30,7 +31,7 @@ ESTIMATE_LIMITS = (
 )
 CLOSED_LOOP_DOUBT = (
     "closed loop: the {effort} reacts to disturbances of the {rate}, so a free run cannot validate the estimated "
-    "{inertia}, which may be several percent off; declare the {inertia}, or record open-loop runs"
+    "{inertia}, which may be off by half its value and more; declare the {inertia}, or record open-loop runs"
 )
 """Templates of `AxisWords`."""
 
@@ -67,11 +68,10 @@ def inertia(
     if wanted != ESTIMATE:
         return positive(wanted, words_of(runs[0].axis)), None
     signals = signals_for(runs, 1.0, runs[0].axis.fastest, torque)
-    pieces = [motion for run in runs for motion in motions(run.streams(), signals.longest_pause)]
-    if signals.torque == COMMANDED:
-        pieces = [held for run in runs for held in held_motions(run.streams(), signals.longest_pause)] or pieces
-    with progress("estimating the inertia") as advance:
-        estimate = identify(pieces, advance, words_of(runs[0].axis))
+    found = [motion for run in runs for motion in motions(run.streams(), signals.longest_pause)]
+    streams = [{YAW_RATE: (one.rate_time, one.yaw_rate), TORQUE: (one.torque_time, one.torque)} for one in found]
+    with progress("estimating the inertia"):
+        estimate = estimate_inertia(streams, words_of(runs[0].axis))
     return estimate.inertia, estimate
 
 

@@ -18,7 +18,7 @@ from benchmarks.baselines import (
     RecursiveLeastSquares,
     TotalLeastSquares,
 )
-from incsvr.free_run.integrator import free_run, tabulated
+from incsvr.learning.free_run import free_run, tabulated
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 

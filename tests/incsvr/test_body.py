@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.free_run.integrator import free_run
+from incsvr.learning.free_run import free_run
 from incsvr.numerics import Array
 from incsvr.plant import Thruster, damping_moment, thruster_torque
 from incsvr.plant.attitude import Restoring
@@ -103,20 +103,20 @@ def test_damping_moment_is_equation_5() -> None:
 
 def test_a_free_run_with_linear_damping_decays_exponentially() -> None:
     time = np.linspace(0.0, 3.0, 601, dtype=np.float64)
-    rate = free_run(time, np.zeros(601), 0.2, inertia=2.0, damping=lambda r: 3.0 * r)
+    rate = free_run(time, np.zeros(601), 0.2, inertia=2.0, damping=lambda r, _: 3.0 * r)
     np.testing.assert_allclose(rate, 0.2 * np.exp(-1.5 * time), rtol=1e-9)
 
 
 def test_a_free_run_settles_where_the_damping_balances_the_torque() -> None:
     time = np.arange(0.0, 40.0, 0.5, dtype=np.float64)  # stamps coarser than the integration may be
     rate = free_run(
-        time, np.full(time.size, 58.0), 0.0, inertia=350.0, damping=lambda r: 130.0 * r + 800.0 * r * abs(r)
+        time, np.full(time.size, 58.0), 0.0, inertia=350.0, damping=lambda r, _: 130.0 * r + 800.0 * r * abs(r)
     )
     assert abs(130.0 * rate[-1] + 800.0 * rate[-1] ** 2 - 58.0) < 1e-6
 
 
 def test_a_free_run_that_runs_away_says_so() -> None:
     time = np.arange(0.0, 60.0, 0.1, dtype=np.float64)
-    rate = free_run(time, np.ones(time.size), 0.1, inertia=1.0, damping=lambda r: -2.0 * r)
+    rate = free_run(time, np.ones(time.size), 0.1, inertia=1.0, damping=lambda r, _: -2.0 * r)
     assert np.isnan(rate[-1])
     assert np.isfinite(rate[:20]).all()

@@ -13,7 +13,7 @@ from incsvr.forecasting import Experience, Grid, Start, forecast
 from incsvr.forecasting.damping_tables import TABLE_NODES, Curve
 from incsvr.forecasting.experience import HORIZONS_S, UNTRIED_WIDENING
 from incsvr.forecasting.propagation import propagate
-from incsvr.free_run.integrator import free_run
+from incsvr.learning.free_run import free_run
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
@@ -39,7 +39,7 @@ def test_the_mean_is_that_of_the_equation() -> None:
     step = float(rates[1] - rates[0])
     curve = Curve(-2.5, step, damping, np.gradient(damping, step), 0.0 * rates, INERTIA, 0.0, 1.0)
     runs = propagate(curve, np.array([0.3]), 0.0, torque[:, None], STEP)
-    exact = free_run(time, torque, 0.3, inertia=INERTIA, damping=lambda r: r * (9.0 + 26.0 * abs(r)))
+    exact = free_run(time, torque, 0.3, inertia=INERTIA, damping=lambda r, _: r * (9.0 + 26.0 * abs(r)))
     assert runs.rate[:, 0] == pytest.approx(exact, abs=2e-4)
     turned = np.concatenate(([0.0], np.cumsum(0.5 * STEP * (exact[1:] + exact[:-1]))))
     assert runs.heading[:, 0] == pytest.approx(turned, abs=2e-3)

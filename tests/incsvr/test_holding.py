@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from incsvr.checks.resolution import resolution_fault
-from incsvr.free_run.motions import held_motions
-from incsvr.free_run.output_error import identify
+from incsvr.model.inertia import estimate_inertia
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
 from incsvr.signals.message_rates import slow_torque
@@ -104,7 +103,7 @@ def test_a_torque_that_never_repeats_is_no_command_that_was_seen_to_hold() -> No
 
 
 def test_where_the_command_held_the_inertia_is_told_however_slowly_it_comes() -> None:
-    estimate = identify(held_motions(slow(10, 0.5, duration=200.0).streams(), 0.5))
+    estimate = estimate_inertia([slow(10, 0.5, duration=200.0).streams()])
     assert abs(estimate.inertia - ROV.inertia) < 0.02
 
 

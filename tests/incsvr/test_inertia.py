@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.free_run.integrator import free_run, tabulated
-from incsvr.free_run.motions import Motion
-from incsvr.free_run.output_error import identify
-from incsvr.numerics import Array
+from incsvr.learning.free_run import free_run, tabulated
+from incsvr.model.inertia import estimate_inertia
+from incsvr.numerics import Array, Streams
 
 NOISE = 0.01
 
@@ -17,18 +16,18 @@ def truth(rate: Array) -> Array:
     return rate * (2.0 + 1.5 * np.abs(rate))
 
 
-def run(seed: int, inertia: float = 1.5, duration: float = 30.0) -> Motion:
+def run(seed: int, inertia: float = 1.5, duration: float = 30.0) -> Streams:
     """A small vehicle under random steps of torque."""
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, duration, 0.04, dtype=np.float64)
     torque = np.repeat(rng.choice([-4.0, -2.0, 0.0, 2.0, 4.0], time.size // 25 + 1), 25)[: time.size]
     rate = free_run(time, torque, 0.0, inertia=inertia, damping=tabulated(truth, 4.0))
-    return Motion(time, torque, time, rate + rng.normal(0.0, NOISE, time.size))
+    return {"yaw_rate": (time, rate + rng.normal(0.0, NOISE, time.size)), "torque": (time, torque)}
 
 
 def test_the_inertia_is_found_within_its_standard_error() -> None:
     """Over ten repetitions the errors have the size that the standard errors claim, and no bias."""
-    estimates = [identify([run(seed)]) for seed in range(10)]
+    estimates = [estimate_inertia([run(seed)]) for seed in range(10)]
     scores = np.array([(estimate.inertia - 1.5) / estimate.standard_error for estimate in estimates])
     assert 0.4 < np.sqrt(np.mean(scores**2)) < 2.0
     assert abs(np.mean(scores)) < 1.5

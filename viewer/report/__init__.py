@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.free_run.fit_pictures import FitPictures
+from incsvr.learning.fit_pictures import FitPictures
 from incsvr.model_trace.findings import Trace
 from incsvr.plant.axes import YAW, Axis
 from incsvr.vehicle import Comparison, Identified

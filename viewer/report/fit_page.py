@@ -10,8 +10,8 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from incsvr.free_run.errors import FreeRun
-from incsvr.free_run.fit_pictures import FitPictures
+from incsvr.learning.fit_pictures import FitPictures
+from incsvr.learning.free_run import FreeRun
 from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of

@@ -80,6 +80,7 @@ def _headline(found: Identified) -> list[str]:
     clauses = [capital(f"{named} {'is' if len(axes) == 1 else 'are'} identified")]
     every = (*found.vehicle.mass.values(), *found.vehicle.terms.values())
     unknown = sum(p.origin in (UNKNOWN, BOUND_REACHED) for p in every)
+    clauses = [*map(capital, found.verdict), *clauses]
     if unknown:
         clauses.append(
             f"{unknown} {'parameter is' if unknown == 1 else 'parameters are'} not determined: see what to drive"

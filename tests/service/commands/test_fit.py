@@ -60,7 +60,7 @@ def test_the_leng_is_learned_from_files(
 def test_the_inertia_is_estimated(capsys: pytest.CaptureFixture[str], recorded: dict[str, Path]) -> None:
     result = fit(capsys, recorded["T1"], "--inertia", "estimate")
     doubt = result["inertia_standard_error"]
-    assert 3.0 < doubt < 15.0  # the water moves the vehicle: 8 to 13 kg m² in twelve other runs
+    assert 8.0 < doubt < 26.0  # the water moves the vehicle: 10 to 25 kg m² in twelve other runs
     assert abs(result["inertia"] - 350.0) < 2.0 * doubt
     assert result["validation"] is None
 

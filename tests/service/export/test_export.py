@@ -17,8 +17,10 @@ import pytest
 
 from incsvr.model_trace.findings import Finding
 from incsvr.model_trace.model import TracedModel
+from incsvr.vehicle import Parameter, Vehicle
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
+from service.config.vehicle_file import write_vehicle
 from service.export.command import in_format
 from service.export.learned import Learned, of_file
 from service.recordings.recording_csv import write
@@ -127,6 +129,34 @@ def test_a_running_learner_and_its_state_tell_the_same(tmp_path: Path, capsys: p
         rate
     )
     assert np.sqrt(np.mean((form - damping) ** 2)) == pytest.approx(kept["form_error_rms"])
+
+
+@pytest.fixture
+def beaten(traced: Path) -> Path:
+    """The same where no motion at all predicts unseen data better."""
+    found = json.loads(traced.read_text()) | {"error": {"best": {"name": "zero", "free_run_rmse": 0.01}}}
+    traced.write_text(json.dumps(found))
+    return traced
+
+
+def test_a_model_that_a_velocity_of_zero_beats_is_not_exported(
+    beaten: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["export", str(beaten)]) == 2
+    said = capsys.readouterr()
+    assert "a velocity of zero predicts unseen data better than this model" in said.err
+    assert "with --force" in said.err
+    assert said.out == ""
+    file = beaten.with_suffix(".yaml")
+    inertia, none = {("yaw", "yaw"): Parameter(1.0, 0.9, 1.1)}, dict[Any, Parameter]()
+    write_vehicle(file, Vehicle("rov", ("yaw",), ("yaw",), inertia, none, none, np.ones(6), beaten_by="hold"))
+    assert main(["export", str(file)]) == 2
+    assert "the first velocity kept predicts unseen data better" in capsys.readouterr().err
+
+
+def test_but_with_force_it_is(beaten: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["export", str(beaten), "--force"]) == 0
+    assert json.loads(capsys.readouterr().out)["inertia"]["estimate"] == INERTIA
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.live_watch import watch
-from incsvr.free_run.integrator import tabulated
+from incsvr.learning.free_run import tabulated
 from service.recordings.recording import Recording, from_streams
 from simulator import leng
 from tests.service.conftest import configured
@@ -31,7 +31,7 @@ def recording(seed: int) -> Recording:
     for k in range(count):
         rates[k] = rate
         water += pushes[k] - STEP / WATER_MEMORY * water
-        rate += STEP / leng.INERTIA * (thrust + water - damping(rate))
+        rate += STEP / leng.INERTIA * (thrust + water - damping(rate, 0.0))
         thrust += (STEP / LAG if k * STEP >= ONSET else 1.0) * (command[k] - thrust)
     time = STEP * np.arange(count, dtype=np.float64)
     measured = rates + random.normal(0.0, 0.002, count)

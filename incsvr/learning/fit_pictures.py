@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from incsvr.free_run.errors import FreeRun
+from incsvr.learning.free_run import FreeRun
 from incsvr.learning.model import Model
 from incsvr.signals.samples import Samples
 

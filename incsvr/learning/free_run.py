@@ -1,0 +1,198 @@
+"""Free runs of a learned model: the velocity that follows from the torque alone, beside the one that was measured.
+
+The step is of Runge and Kutta, fourth order. Other velocities that the damping goes by are as they were measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+
+from incsvr.learning.model import Model
+from incsvr.numerics import Array, Streams, root_mean_square
+from incsvr.plant.body import Coupled
+from incsvr.signals import TORQUE, YAW_RATE
+from incsvr.signals.coupled import motion_at
+
+Damping = Callable[[float, float], float]
+"""d(r, t): a yaw rate [rad/s], and the instant [s] → the damping moment [N m]."""
+MAX_STEP_S = 0.05
+"""Longest step [s]: a vehicle under water hardly settles within one."""
+RUNAWAY_RATES = 1e3
+"""A run has run away beyond so many times its first rate, or one [rad/s] where that is slower."""
+MIN_MOTION_S = 1.0
+"""Length of a motion [s] below which it shows nothing of a vehicle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """One stretch of time without a gap in either stream.
+
+    Attributes:
+        torque_time: (n,) stamps of the torque [s], strictly increasing.
+        torque: (n,) [N m]; before its first stamp its first value is taken.
+        rate_time: (m,) stamps of the yaw rate [s], strictly increasing, none after the torque ends.
+        yaw_rate: (m,) [rad/s].
+        linear: (n,) what other velocities make of the own one at the torque's stamps [N m s]; None for nothing.
+    """
+
+    torque_time: Array
+    torque: Array
+    rate_time: Array
+    yaw_rate: Array
+    linear: Array | None = None
+
+    def among(self, coupled: Coupled, streams: Streams, smoothing: float) -> Motion:
+        """The motion with what the body's other velocities and its attitude take, through a filter this wide [s]."""
+        motion, angles = motion_at(coupled, streams, self.torque_time, smoothing)
+        outside, linear = coupled.driving(motion, angles, self.torque_time.size)
+        return replace(self, torque=self.torque - outside, linear=linear)
+
+
+@dataclass(frozen=True, slots=True)
+class FreeRun:
+    """A motion simulated from its first measured yaw rate, beside what was measured.
+
+    Attributes:
+        time: (m,) stamps [s].
+        measured, simulated: (m,) yaw rates [rad/s]; simulated is NaN from where the model runs away.
+    """
+
+    time: Array
+    measured: Array
+    simulated: Array
+
+    @property
+    def error(self) -> Array:
+        """(m,) [rad/s]."""
+        return self.simulated - self.measured
+
+
+def motions(streams: Streams, gap: float) -> list[Motion]:
+    """The stretches of a recording in which neither stream pauses for longer than `gap` [s]."""
+    (rate_time, rate), (torque_time, torque) = streams[YAW_RATE], streams[TORQUE]
+    found = []
+    for begin, end in _stretches(rate_time, gap):
+        for torque_begin, torque_end in _stretches(torque_time, gap):
+            start = begin if torque_begin <= begin + gap else torque_begin
+            stop = min(end, torque_end)
+            rates = (rate_time >= start) & (rate_time <= stop)
+            torques = (torque_time >= torque_begin) & (torque_time <= torque_end)
+            if stop - start >= MIN_MOTION_S and rates.any():
+                found.append(Motion(torque_time[torques], torque[torques], rate_time[rates], rate[rates]))
+    return found
+
+
+def free_runs(pieces: Sequence[tuple[Motion, Streams]], inertia: float, model: Model) -> list[FreeRun]:
+    """The free run of each motion, given with the streams of its recording, under a learned model with I [kg m²]."""
+    fastest = max((float(np.abs(motion.yaw_rate).max()) for motion, _ in pieces), default=0.0)
+    if model.several is None:
+        curve = tabulated(lambda rates: model.predict(rates).damping, 2.0 * max(fastest, 1e-3))
+        return [_free_run(motion, inertia, curve) for motion, _ in pieces]
+    return [_free_run(motion, inertia, _beside(model, streams)) for motion, streams in pieces]
+
+
+def rmse(runs: Sequence[FreeRun]) -> float | None:
+    """The root mean square error of free runs [rad/s]; None where there is none, or one runs away."""
+    value = root_mean_square(np.concatenate([run.error for run in runs])) if runs else np.nan
+    return value if np.isfinite(value) else None
+
+
+def free_run(
+    time: Array, torque: Array, yaw_rate: float, *, inertia: float, damping: Damping, linear: Array | None = None
+) -> Array:
+    """The yaw rate simulated from the torque alone, I ṙ = τ − d(r, t) − b r, (n,) [rad/s].
+
+    A simulation that runs away, because the damping feeds energy in, is NaN from there on.
+
+    Args:
+        time: (n,) stamps [s], strictly increasing.
+        torque: (n,) τ [N m], linear between the stamps.
+        yaw_rate: the first yaw rate [rad/s].
+        inertia: I [kg m²].
+        damping: d(r, t).
+        linear: (n,) b [N m s], what other velocities make of the own one, linear between the stamps; None for none.
+    """
+    result = np.full(time.size, np.nan)
+    if time.size == 0:
+        return result
+    rate = result[0] = float(yaw_rate)
+    bound = RUNAWAY_RATES * max(1.0, abs(rate))
+    stamps, moments = time.tolist(), torque.tolist()
+    slopes = [0.0] * time.size if linear is None else linear.tolist()
+    for k in range(1, time.size):
+        whole = stamps[k] - stamps[k - 1]
+        count = max(1, ceil(whole / MAX_STEP_S - 1e-9))
+        step, rise = whole / count, (moments[k] - moments[k - 1]) / count
+        steeper = (slopes[k] - slopes[k - 1]) / count
+        for part in range(count):
+            at, before, first = (
+                stamps[k - 1] + part * step,
+                moments[k - 1] + part * rise,
+                slopes[k - 1] + part * steeper,
+            )
+            middle, half, end = before + 0.5 * rise, first + 0.5 * steeper, first + steeper
+            k1 = (before - damping(rate, at) - first * rate) / inertia
+            second = rate + 0.5 * step * k1
+            k2 = (middle - damping(second, at + 0.5 * step) - half * second) / inertia
+            third = rate + 0.5 * step * k2
+            k3 = (middle - damping(third, at + 0.5 * step) - half * third) / inertia
+            fourth = rate + step * k3
+            k4 = (before + rise - damping(fourth, at + step) - end * fourth) / inertia
+            rate += step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        if not abs(rate) < bound:
+            break
+        result[k] = rate
+    return result
+
+
+def tabulated(damping: Callable[[Array], Array], limit: float, nodes: int = 4001) -> Damping:
+    """d(r) of one number for `free_run`, linear between `nodes` rates within ±limit [rad/s], asked itself beyond.
+
+    With R = limit it is off by at most (R/(nodes − 1))² max|d″|/2: 8e-5 N m for R = 0.5 rad/s and a d″ of 10⁴ N m s².
+    """
+    rates = np.linspace(-limit, limit, nodes)
+    values: list[float] = damping(rates).tolist()
+    scale = (nodes - 1) / (2.0 * limit)
+
+    def drag(rate: float, _: float = 0.0) -> float:
+        place = (rate + limit) * scale
+        if not 0.0 <= place < nodes - 1:
+            return float(damping(np.array([rate]))[0])
+        cell = int(place)
+        return values[cell] + (place - cell) * (values[cell + 1] - values[cell])
+
+    return drag
+
+
+def _beside(model: Model, streams: Streams) -> Damping:
+    """The damping of a model over several velocities, the others as they were measured."""
+    several = model.several
+    assert several is not None
+
+    def drag(rate: float, at: float) -> float:
+        velocity = np.array([[rate, *(np.interp(at, *streams[name]) for name in several.others)]])
+        return float(several.value(velocity, model.gamma, model.weight)[0])
+
+    return drag
+
+
+def _free_run(motion: Motion, inertia: float, damping: Damping) -> FreeRun:
+    begin = motion.rate_time[0]
+    time = np.concatenate(([begin], motion.torque_time[motion.torque_time > begin]))
+    torque = np.interp(time, motion.torque_time, motion.torque)
+    linear = None if motion.linear is None else np.interp(time, motion.torque_time, motion.linear)
+    simulated = free_run(time, torque, float(motion.yaw_rate[0]), inertia=inertia, damping=damping, linear=linear)
+    return FreeRun(motion.rate_time, motion.yaw_rate, np.interp(motion.rate_time, time, simulated))
+
+
+def _stretches(time: Array, gap: float) -> list[tuple[float, float]]:
+    """First and last stamp of each stretch without a longer pause."""
+    if time.size == 0:
+        return []
+    breaks = np.flatnonzero(np.diff(time) > gap)
+    begins, ends = np.concatenate(([0], breaks + 1)), np.concatenate((breaks, [time.size - 1]))
+    return [(float(time[first]), float(time[last])) for first, last in zip(begins, ends, strict=True)]

@@ -1,0 +1,72 @@
+"""The inertia where nobody declared it: that of the plain model, whose free course is brought near the measured one.
+
+Its limits, to be said with the figure: it takes the torque for true, so a thrust gain of g appears as I/g, and a lag of
+the thrusters as inertia; it takes the torque for independent of disturbances, so it belongs to open-loop runs; and
+where the vehicle hardly accelerates the data say little about I, which the standard error then shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.model.errors import rms
+from incsvr.model.identification import plain_fit, structure_of
+from incsvr.model.intervals import halved, intervals
+from incsvr.model.series import effort_of, values
+from incsvr.numerics import Streams
+from incsvr.plant.words import YAW_WORDS, AxisWords
+
+
+@dataclass(frozen=True, slots=True)
+class InertiaEstimate:
+    """The inertia by output error, with its deviation.
+
+    Attributes:
+        inertia: I [kg m²].
+        standard_error: of I [kg m²]; it knows nothing of the limits above.
+        rmse: of the free run on the runs it was fitted to [rad/s].
+    """
+
+    inertia: float
+    standard_error: float
+    rmse: float
+
+
+def estimate_inertia(
+    runs: Sequence[Streams],
+    words: AxisWords = YAW_WORDS,
+    rate: str = "yaw_rate",
+    fewest: int = 100,  # samples: fewer are fitted by anything
+) -> InertiaEstimate:
+    """The inertia of one axis.
+
+    Args:
+        runs: stretches without gaps of its velocity and its effort.
+        words: what messages call the quantities of the axis.
+        rate: the velocity's name in the runs.
+
+    Raises:
+        BadInput: the runs cannot tell the inertia.
+    """
+    runs = [run for run in runs if run[rate][0].size > 0.2 * fewest]
+    recorded, efforts = (values(runs, name) if runs else np.empty(0) for name in (rate, effort_of(rate)))
+    if recorded.size < fewest or np.ptp(recorded) == 0.0 or np.ptp(efforts) == 0.0:
+        streams = f"{words.effort} and {words.rate}"
+        raise BadInput(
+            f"the {words.inertia} cannot be estimated: {streams} must change, over at least {fewest} samples"
+        )
+    # The longest windows: the push of the water that is in a window's start goes on, and looks like inertia.
+    model = plain_fit(structure_of(runs, [rate]), runs, np.inf)
+    one = intervals(model, [halved(model)])[f"mass:{rate}"]
+    relative = float(np.log(one.high / one.low)) / (2.0 * 1.96)
+    rmse = rms(model.structure, model.theta, runs, model.problem.windows.step)[rate]["model"]
+    if not (rmse < 0.9 * float(np.std(recorded)) and relative < 0.5):
+        raise BadInput(
+            f"the {words.inertia} cannot be estimated: no free run follows these recordings; give open-loop runs in "
+            f"which the vehicle speeds up and slows down, or declare the {words.inertia}"
+        )
+    return InertiaEstimate(one.value, one.value * relative, rmse)
