@@ -186,8 +186,11 @@ def identify(
         effects |= catalogue.gyro_zero(axes[0], *(found.theta[f"{name}@{axes[0]}"] for name in ("linear", "quadratic")))
     effects = {name: rows for name, rows in effects.items() if name.partition("@")[0].partition(":")[0] not in leave}
     result = search(base, effects, most, say=say)
+    acting = base.fit.problem.windows.runs
+    if any(share < 1.0 for share in base.reliability.values()):  # the noise of an effort never acts
+        found = plain_fit(found.structure, acting)
     models = _simulators(found, result)
-    excluded = excluded_free_runs(models, runs)
+    excluded = excluded_free_runs(models, acting)
     say(f"free runs of excluded recordings: {excluded}")
     return Identification(result, base.fit, effects, base.reliability, models, excluded)
 

@@ -16,8 +16,8 @@ from scipy.linalg import solve_toeplitz, solveh_banded
 
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
-from incsvr.model.scales import coarse_period, fastest, step_of
-from incsvr.model.series import duration, effort_of, noise, period, thinned, values
+from incsvr.model.scales import fastest, step_of
+from incsvr.model.series import duration, effort_of, noise, period, values
 from incsvr.model.structure import Structure
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, robust_deviation
@@ -50,8 +50,6 @@ def predictor(
     """The plain model as a predictor with white innovations, from the best of several starts."""
     axes = plain.structure.axes
     fast = fastest(plain.structure, plain.theta, runs)
-    # Samples are left out, not averaged: a mean of samples knows what a controller has answered to the first of them.
-    runs = [thinned(run, axes, coarse_period(runs, axes, fast)) for run in runs]
     sample = min(period(runs, axis) for axis in axes)
     step = step_of(sample, 0.25 * fast)
     horizon = max(duration(runs, axes[0]) / windows, 20.0 * sample)

@@ -96,9 +96,9 @@ def search(
 
 def _is_rest(best: Added, added: Sequence[Added], share: float = 0.15) -> bool:
     """Whether an effect gains so little beside those of its axis that their inexact form explains it; what can imitate
-    much gains twice as much so."""
+    much gains twice as much so. An inertia has no form that could be inexact."""
     axis = best.name.partition("@")[2]
-    before = sum(each.gain for each in added if each.name.partition("@")[2] == axis)
+    before = sum(each.gain for each in added if each.name.endswith(f"@{axis}") and not each.name.startswith("inertia@"))
     return best.gain < (2.0 if imitates(best.candidate) else 1.0) * share * before
 
 

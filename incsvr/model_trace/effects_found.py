@@ -29,6 +29,8 @@ from incsvr.plant.words import AxisWords, words_of
 
 ROUND_NUMBERS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """Commands at which people read a thrust, in their decade."""
+FREE = ", free inertia"
+"""What the name of a simulator ends with whose inertia is free though it is declared."""
 CURVES = {"dead": "dead", "limit": "limit", "reverse": "reverse", "exponent": "exponent"}
 """Stages of the effort that are a curve of the command."""
 
@@ -70,46 +72,63 @@ class Traced:
 
 def best_model(
     traced: Traced,
-    has_effects: bool,
     least: float = 0.03,  # of the error of excluded free runs: a reader would not see less
-) -> tuple[str, list[Finding]]:
-    """The name of the best of our own simulators on excluded recordings, and the inertia where that is an effect of it.
+) -> tuple[str, list[Finding], list[Finding]]:
+    """The best of our own simulators on excluded recordings, its effects, and those whose size the recordings hide.
 
-    An inertia that the search did not add is one in open loop alone, where a simulation with it is clearly better and
-    the predictor agrees that it is another than the declared.
+    A free inertia that the search did not add is one in open loop alone, where a simulation with it is clearly better
+    and the predictor agrees that it is another than the declared.
     """
-    found, axis = traced.found, traced.recordings.axis
+    found = traced.found
     errors = {name: float(each[0]) for name, each in found.excluded.items()}
-    best = min([PLAIN, *([EFFECTS] if has_effects else [])], key=lambda name: errors[name])
-    free = f"{best}, free inertia"
-    if traced.closed or free not in found.models or errors[free] > (1.0 - least) * errors[best]:
-        return best, []
-    model, predictor = found.models[free], found.found.fit
-    start = {f"mass:{axis}": model.theta[f"mass:{axis}"], **predictor.theta}
-    likewise = fit(predictor.structure.plus(free=[axis]), start, predictor.problem, predictor.starts)
-    name = f"inertia@{axis}"
-    ((parameters, spans),) = parameters_of(
-        model, [name], traced.inertia, traced.recordings.begin, [halved(model), likewise]
-    )
+    names = [PLAIN, *([EFFECTS] if found.found.added else [])]
+    free = [] if traced.closed else [f"{name}{FREE}" for name in names if f"{name}{FREE}" in found.models]
+    needed = {name: errors[name] for name in names} | {name: errors[name] / (1.0 - least) for name in free}
+    for name in sorted(names + free, key=needed.__getitem__):
+        predictor = _freed(traced, name) if name in free else found.found.fit
+        of_inertia = found.models[name.removesuffix(FREE)].value - found.models[name].value
+        added = findings_of(traced, name, predictor, of_inertia)
+        sized = [each for each in added if has_size(each.interval, traced.inertia, traced.sample)]
+        unsure = [each for each in added if each not in sized]
+        inertia = _inertia(traced, name, predictor, of_inertia) if name in free else []
+        if (sized or not name.startswith(EFFECTS)) and (inertia or name not in free):
+            return name, sized + inertia, unsure
+    raise AssertionError("the plain model is always one")
+
+
+def _freed(traced: Traced, name: str) -> Fit:
+    """The predictor with a free inertia, from that of a simulator."""
+    axis, predictor = traced.recordings.axis, traced.found.found.fit
+    start = {f"mass:{axis}": traced.found.models[name].theta[f"mass:{axis}"], **predictor.theta}
+    return fit(predictor.structure.plus(free=[axis]), start, predictor.problem, predictor.starts)
+
+
+def _inertia(traced: Traced, name: str, predictor: Fit, gain: float) -> list[Finding]:
+    """The free inertia of a simulator as an effect, where it is surely another than the declared one."""
+    found, model = traced.found, traced.found.models[name]
+    effect, others = f"inertia@{traced.recordings.axis}", [halved(model), predictor]
+    ((parameters, spans),) = parameters_of(model, [effect], traced.inertia, traced.recordings.begin, others)
     if not has_size(spans, traced.inertia, traced.sample):
-        return best, []
-    gain = found.models[best].value - model.value
-    return free, [_finding(traced, name, parameters, spans, p_value(2.0 * gain, 1, len(found.effects)), 1.0, ())]
+        return []
+    beside = sum(each.gain for each in found.found.added) if name.startswith(EFFECTS) else 0.0
+    p, share = p_value(2.0 * gain, 1, len(found.effects)), gain / (gain + beside)
+    return [_finding(traced, effect, parameters, spans, p, share, ())]
 
 
-def findings_of(traced: Traced) -> list[Finding]:
-    """The effects in the order in which they were added: by the simulator, in closed loop by the predictor."""
+def findings_of(traced: Traced, name: str, predictor: Fit, beside: float) -> list[Finding]:
+    """The effects in the order in which they were added: by a simulator that has them, in closed loop by the
+    predictor; `beside` is the gain of a free inertia."""
     found, recordings = traced.found, traced.recordings
-    added, predictor = found.found.added, found.found.fit
+    added = found.found.added
     if not added:
         return []
-    source = predictor if traced.closed else found.models[EFFECTS]
+    source = predictor if traced.closed else found.models[name if name.startswith(EFFECTS) else EFFECTS]
     others = [halved(source)] if traced.closed else [halved(source), predictor]
     every = parameters_of(source, [each.name for each in added], traced.inertia, recordings.begin, others)
-    total = sum(each.gain for each in added)
+    total = beside + sum(each.gain for each in added)
     findings = []
     for one, (parameters, spans) in zip(added, every, strict=True):
-        alike = [name for name in one.alike if not _contains(found.effects, name, one)]
+        alike = [other for other in one.alike if not _contains(found.effects, other, one)]
         p = p_value(2.0 * one.gain, len(one.candidate.start), len(found.effects))
         findings.append(_finding(traced, one.name, parameters, spans, p, one.gain / total, alike))
     return findings

@@ -14,12 +14,11 @@ from incsvr.model.series import effort_of, values
 from incsvr.model_trace import spells
 from incsvr.model_trace.answering import Loop, standing_time
 from incsvr.model_trace.channels import usable_channels
-from incsvr.model_trace.effects_found import Traced, best_model, findings_of
+from incsvr.model_trace.effects_found import Traced, best_model
 from incsvr.model_trace.findings import Pictures, RejectedEffect, Trace, UnexplainedChannel
 from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
 from incsvr.model_trace.model import TracedModel
-from incsvr.model_trace.parameters import has_size
 from incsvr.model_trace.proof import EFFECTS, PLAIN, Proof, prove
 from incsvr.model_trace.recordings import Recordings, recordings_of
 from incsvr.model_trace.refusals import refuse_too_little_motion
@@ -106,11 +105,8 @@ def _traced(
 def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, ...]) -> Trace:
     found, recordings, fitted, inertia = traced.found, traced.recordings, traced.fitted, traced.inertia
     sought = traced.loop is not Loop.OTHER_GYRO
-    added = findings_of(traced) if sought else []
-    effects = [each for each in added if has_size(each.interval, inertia, traced.sample)]
-    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for each in added if each not in effects]
-    best, more = best_model(traced, bool(effects))
-    effects += more
+    best, effects, hidden = best_model(traced) if sought else (PLAIN, [], [])
+    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for each in hidden]
     complete, unexplained = found.found.fit, tuple[UnexplainedChannel, ...]()
     if sought:
         complete, unexplained = smooth_rest(complete, recordings.channels)
