@@ -27,7 +27,7 @@ class EffectsPage:
 
     def __init__(self, rec: Recorder) -> None:
         self._rec = rec
-        self._drawn = -inf  # the vehicle's time of the newest sample that is logged [s]
+        self._drawn = -inf, -inf  # the vehicle's time of the first and last sample of the newest batch [s]
         rec.dots("effects/torque/measured", LIGHT.old, "Measured", MarkerShape.Circle, 2.0)
         rec.line("effects/torque/predicted", "Predicted", LIGHT.new)
         self._ledger, self._told = EffectsLedger(), False
@@ -60,15 +60,18 @@ class EffectsPage:
         self._draw_found()
         batch = frame.report.batch
         time = np.array(batch.time)
-        # A learner that changes over from some effects to others says its last batch again, split anew.
-        new = time > self._drawn
-        if not batch.parts or not new.any():
+        if not batch.parts:
+            return
+        # A learner that changes over from some effects to others says its last batch again, split anew; a batch before
+        # that one is of a clock that restarted.
+        new = (time > self._drawn[1]) | (time[-1] < self._drawn[0])
+        if not new.any():
             return
         for name in (*batch.parts, DAMPING):
             self._rec.line(_path(name), effect(name))
         for path, values in columns(batch).items():
             self._rec.series(path, time[new], values[new])
-        self._drawn = batch.time[-1]
+        self._drawn = batch.time[0], batch.time[-1]
 
     def _draw_found(self) -> None:
         """The parameters of what is found and not in force, each with its interval, at the clocks that are set."""

@@ -28,7 +28,7 @@ def traced_model(
     block: float,
     scale: float,
 ) -> TracedModel:
-    """The model as a TracedModel; an inertia that is free in the fit, and no effect, is not in it.
+    """The model as a TracedModel; an inertia that is free in the fit is an effect.
 
     Args:
         effects: by the engine's names of those that the model has, the parameters that each brought.
@@ -43,6 +43,9 @@ def traced_model(
     sides = [np.linspace(min(low, -1e-6), 0.0, TABLE_RATES), np.linspace(0.0, max(high, 1e-6), TABLE_RATES)]
     rate = np.unique(np.concatenate(sides))
     end = max(float(run[axis][0][-1]) for run in runs)
+    mass = f"mass:{axis}"
+    if mass in model.names and not any(mass in keys for keys in effects.values()):
+        effects = {**effects, f"inertia@{axis}": (mass,)}
     found = tuple(
         Effect(
             contract_name(name),

@@ -16,7 +16,7 @@ from service.config.traced_effects import configured_effects
 from service.recordings.validation import read_validation
 from service.wire import EffectsLedger, IterationReport, ModelSnapshot, decode
 from tests.viewer.conftest import KEYS, PATIENCE, House
-from tests.viewer.readback import series
+from tests.viewer.readback import every
 
 INERTIA = "1.04"
 """As `incsvr trace --inertia estimate` estimates it of the two runs [kg m²]."""
@@ -38,11 +38,14 @@ def replayed(house: House, config: Path, run: Path, rrd: Path) -> tuple[float, E
     samples = read_validation(run, configured, configured_effects(configured))
     learned = decode(ModelSnapshot, model).model().predict(samples.yaw_rate).damping
     assert house.start(["replay", str(run), "--connect", house.endpoint, "--speed", "50"]).wait() == 0
-    assert learner.end() == 0
-    every = [reports.get_nowait() for _ in range(reports.qsize())]
-    viewer.wait_for(f"iteration {every[-1].iteration} ")
+    viewer.wait_for("iteration 10 ")  # six of the fit, four of the run
     assert viewer.end() == 0
-    return float(np.mean(np.abs(samples.damping - learned))), decode(EffectsLedger, ledger), every
+    assert learner.end() == 0
+    return (
+        float(np.mean(np.abs(samples.damping - learned))),
+        decode(EffectsLedger, ledger),
+        [reports.get() for _ in range(4)],
+    )
 
 
 @pytest.mark.slow
@@ -54,13 +57,15 @@ def test_the_errors_are_the_same_on_the_bus_in_the_report_and_in_the_recording(
     trace = tmp_path / "trace.json"
     assert main(["trace", *runs, "--json", str(trace)]) == 0
     found = json.loads(trace.read_text(encoding="utf-8"))
-    assert [each["effect"] for each in found["effects"]] == ["torque_lag"]
+    names = [each["effect"] for each in found["effects"]]
+    assert "torque_lag" in names
     assert found["proven"]
     errors: dict[str, dict[str, Any]] = {}
     for name, more in (("before", []), ("after", ["--effects", str(trace)])):
-        path = tmp_path / name
-        words = ["--write", f"{path}.yaml", "--state", str(path), "--report", f"{path}.html", "--json", f"{path}.json"]
-        assert main(["fit", *runs, *more, *words]) == 0
+        path, config = tmp_path / name, str(tmp_path / f"{name}.yaml")
+        assert main(["fit", *runs, *more, "--write", config, "--state", str(path)]) == 0
+        state = ["--config", config, "--write", config, "--force"]
+        assert main(["fit", *runs[:-2], *state, "--report", f"{path}.html", "--json", f"{path}.json"]) == 0
         errors[name] = json.loads((tmp_path / f"{name}.json").read_text(encoding="utf-8"))["validation"]
         page = (tmp_path / f"{name}.html").read_text(encoding="utf-8")
         assert f"On unseen recordings the free run errs by {errors[name]['free_run_rmse']:.3g} rad/s" in page
@@ -68,19 +73,12 @@ def test_the_errors_are_the_same_on_the_bus_in_the_report_and_in_the_recording(
 
     rrd = tmp_path / "run.rrd"
     error, ledger, reports = replayed(house, tmp_path / "after.yaml", unseen, rrd)
-    print("figures", errors, error, [each.progressive_mae for each in reports])
-    assert [each["effect"] for each in ledger.effects] == ["torque_lag"]
-    assert (
-        main(["fit", *runs[:-2], "--config", f"{tmp_path / 'after'}.yaml", "--json", str(tmp_path / "same.json")]) == 0
-    )
-    same = json.loads((tmp_path / "same.json").read_text(encoding="utf-8"))["validation"]
-    assert error == pytest.approx(same["mae"], rel=1e-3)
-    assert len(reports) >= 3
-    drawn = series(rrd, "/effects")
+    assert [each["effect"] for each in ledger.effects] == names
+    assert error == pytest.approx(errors["after"]["mae"], rel=1e-9)
     told = [np.array(each.batch.damping) - np.array(each.batch.predicted) for each in reports]
-    # The recording begins with the last batch of the fit, whose stamps come after those of the run.
+    # The recording begins with the batches of the fit; the clock of the run begins anew.
     measured_torque, predicted, lag = (
-        np.array(drawn[f"/effects/{name}"])[: sum(map(len, told))]
+        np.array(every(rrd, "Scalars:scalars", f"/effects/{name}"))[-sum(map(len, told)) :]
         for name in ("torque/measured", "torque/predicted", "parts/torque_lag")
     )
     np.testing.assert_allclose(measured_torque - predicted, np.concatenate(told), atol=1e-9)

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from incsvr.model.rows import Factor
 from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.config.sources import read as read_config
 from service.config.traced_effects import configured_effects
 from service.learner.node import LearnerNode
 from service.recordings.recording_csv import write
-from tests.hidden import recording, with_channels, write_trace
+from tests.hidden import acting, recording, with_channels, write_trace
 
 
 @pytest.fixture(scope="module")
@@ -66,9 +67,7 @@ def test_a_recording_without_the_channel_of_an_effect_is_refused(
     capsys: pytest.CaptureFixture[str], folder: Path, tmp_path: Path
 ) -> None:
     trace = json.loads((folder / "trace.json").read_text(encoding="utf-8"))
-    trace["model"]["terms"].append(
-        {"effect": "coupling:sway", "variant": "", "coefficients": [8.0, 0.5], "inner": [0.1]}
-    )
+    trace["model"]["effects"].append(acting("coupling:sway", Factor("value", "sway"), value=-8.0).to_dict())
     (tmp_path / "sway.json").write_text(json.dumps(trace), encoding="utf-8")
     assert main(["fit", str(folder / "1.csv"), "--inertia", "350", "--effects", str(tmp_path / "sway.json")]) == 2
     assert "an effect reads the channel sway" in capsys.readouterr().err
