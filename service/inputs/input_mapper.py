@@ -44,8 +44,6 @@ from service.inputs.units import FRACTION
 
 MAX_KEYS = 1000
 """Keys that are looked at; what comes after so many is no vehicle's."""
-
-
 GRACE_MESSAGES = 50
 """Messages until which the battery's voltage and the first pulse may come: a voltage is told every few seconds."""
 Message = tuple[str, bytes, float]
@@ -59,13 +57,11 @@ class Values:
     Attributes:
         t: (n,) stamps [s].
         value: (n,) in SI units.
-        arrival: (n,) when each arrived [s].
         learnable: (n,) whether it may be learned from.
     """
 
     t: Array
     value: Array
-    arrival: Array
     learnable: Array
 
     @staticmethod
@@ -263,17 +259,13 @@ class InputMapper:
             return
         inputs, moved = self._resolved.by_key, self._state.moved
         self._state, streams, placed = take(inputs, self._state, tables, further=self._further)
-        arrivals = [(table.columns[MESSAGE], table.arrival) for table in tables.values() if table.arrival is not None]
-        order, arrival = (np.concatenate(each) for each in zip(*arrivals, strict=True))
-        order, arrival = order[np.argsort(order, kind="stable")], arrival[np.argsort(order, kind="stable")]
         changes, states = self._armed_in(tables, None if moved is not None else self._state.moved)
         for name, each in streams.items():
             if name in (RATE, TORQUE) and getattr(inputs, name) is not None:
                 self._senders.add(name, each.t, each.value)
             if each.t.size:
-                came = arrival[np.searchsorted(order, each.order)]
                 may = states[np.searchsorted(changes, each.order, side="right")]
-                self._came.setdefault(name, []).append(Values(each.t, each.value, came, may))
+                self._came.setdefault(name, []).append(Values(each.t, each.value, may))
         self.placed |= {name: own for (name, _), own in placed.items()}
 
     def _armed_in(self, tables: Mapping[str, Table], moved: tuple[float, float] | None) -> tuple[Array, Array]:

@@ -79,41 +79,13 @@ class State:
     efforts: int = 0
 
 
-class Times:
-    """The times of the messages of one call; those of a topic are placed once.
-
-    Attributes:
-        clock: after them.
-        own: by stream and topic, whether their own stamps count.
-    """
-
-    def __init__(self, clock: Clock | LiveClock) -> None:
-        self.clock = clock
-        self.own: dict[tuple[str, str], bool] = {}
-        self._placed: dict[tuple[str, str], tuple[Array, bool]] = {}
-
-    def of(self, name: str, source: Source | Thrusters, topic: str, table: Table, values: Array) -> Mapped:
-        """The values (n,) of a stream with their times."""
-        order, stamps = order_of(table, source), stamps_of(source, table)
-        if (topic, source.stamp) not in self._placed:
-            arrival = arrival_of(table, stamps)
-            if isinstance(self.clock, Clock):
-                ours = isinstance(source, Source) and source.form == "incsvr"
-                time, own = self.clock.times_of(arrival, stamps, ours)
-            else:
-                self.clock, time, own = self.clock.take(name, order, arrival, stamps)
-            self._placed[topic, source.stamp] = time, own
-        time, self.own[name, topic] = self._placed[topic, source.stamp]
-        return Mapped(time, values, order)
-
-
 def take(
     inputs: Inputs,
     state: State,
     tables: Mapping[str, Table],
     changes: Sequence[Change] = (),
     further: tuple[Axis, ...] = (),
-) -> tuple[State, dict[str, Mapped], Mapping[tuple[str, str], bool]]:
+) -> tuple[State, dict[str, Mapped], Mapping[FieldPlace, bool]]:
     """The streams of the messages, by name, and by stream and topic whether their own stamps count.
 
     Args:
@@ -121,34 +93,25 @@ def take(
         changes: of the thrusters under way.
         further: axes along or about which the thrusters push as well.
     """
-    found, times = dict[str, Mapped](), Times(state.clock)
+    call = _Call(inputs, state, tables)
+    found = {}
     for name, source in inputs.sources.items():
-        table = tables.get(source.topic)
-        if table is not None and source.field in table.columns:
-            values = table.columns[source.field] * source.factor
-            found[name] = stream = times.of(name, source, source.topic, table, values)
-            if name != RATE:
-                found[name] = stream = stream.rows(~np.isnan(stream.t))
-            if name == TORQUE and state.moved is None:
-                rising = stream.rows(np.argsort(stream.t, kind="stable"))
-                state = _moved(state, rising, [rising.value], 0.0, [(source.topic, source.field)])
-    made: list[dict[str, Mapped]] = []
-    pulsed = state.pulsed
-    parts = [Change(-np.inf, inputs.thrusters, ()), *changes]
-    for part, until in zip(parts, [*(change.since for change in changes), np.inf], strict=True):
-        if part.thrusters is not None and part.since != until:
-            axes = (part.thrusters.axis, *further)
-            commands = _Commands(part.thrusters, inputs, tables, pulsed, part.since, until, axes)
-            state, streams = commands.efforts(state, times)
-            made.append(streams)
+        stream = call.stream(name, source, source.topic, source.field, source.factor)
+        if stream.t.size:
+            found[name] = stream if name == RATE else stream.rows(~np.isnan(stream.t))
+    if inputs.torque is not None and TORQUE in found:
+        rising = found[TORQUE].rows(np.argsort(found[TORQUE].t, kind="stable"))
+        call.move(rising, [rising.value], 0.0, [(inputs.torque.topic, inputs.torque.field)])
+    until = [*(change.since for change in changes), np.inf]
+    made = [
+        call.efforts(part.thrusters, part.since, end, (part.thrusters.axis, *further))
+        for part, end in zip((Change(-np.inf, inputs.thrusters, ()), *changes), until, strict=True)
+        if part.thrusters is not None
+    ]
     for name in dict.fromkeys(name for each in made for name in each):
         joined = Mapped.joined([each[name] for each in made if name in each])
         found[name] = joined.rows(np.argsort(joined.order, kind="stable"))
-    latest = dict(state.latest)
-    for source in read_with(inputs):
-        values, _ = real_values(source, inputs, tables)
-        latest |= {(source.topic, source.field): float(values[-1])} if values.size else {}
-    return replace(state, clock=times.clock.at_rest(), latest=latest), found, times.own
+    return call.ended(), found, call.own
 
 
 def stamps_of(source: Source | Thrusters | Armed, table: Table) -> Array | None:
@@ -210,89 +173,108 @@ def real_values(source: Source, inputs: Inputs, tables: Mapping[str, Table]) -> 
     return values[real], real
 
 
-def _moved(state: State, rows: Mapped, commands: Sequence[Array], least: float, places: list[FieldPlace]) -> State:
-    """The state after commands (n,) at these rows: how far they have gone, and when they first moved."""
-    if state.moved is not None:
-        return state
-    ends = [state.ends.get(place, (np.inf, -np.inf)) for place in places]
-    row, ends = first_movement(commands, least, ends)
-    moved = None if row is None else (float(rows.t[row]), float(rows.order[row]))
-    return replace(state, ends={**state.ends, **dict(zip(places, ends, strict=True))}, moved=moved)
-
-
-@dataclass(frozen=True, slots=True)
-class _Commands:
-    """The thrusters as they are from one instant of arrival until another [s], and messages.
+class _Call:
+    """One call of the mapper.
 
     Attributes:
-        pulsed: the commands that had borne a pulse before these messages.
-        axes: along or about which the thrusters push.
+        state: after the messages that were mapped.
+        own: by stream and topic, whether their own stamps count.
     """
 
-    settings: Thrusters
-    inputs: Inputs
-    tables: Mapping[str, Table]
-    pulsed: frozenset[FieldPlace]
-    since: float
-    until: float
-    axes: tuple[Axis, ...]
+    def __init__(self, inputs: Inputs, state: State, tables: Mapping[str, Table]) -> None:
+        self.state, self.own = state, dict[tuple[str, str], bool]()
+        self._inputs, self._tables, self._pulsed = inputs, tables, state.pulsed
+        self._placed: dict[tuple[str, str], tuple[Array, bool]] = {}
 
-    def efforts(self, state: State, times: Times) -> tuple[State, dict[str, Mapped]]:
-        """The state after the commands, and the moments and forces of all thrusters, where each has one."""
-        places = self.settings.fields
-        came = [self._came(place, times) for place in places]
-        sent = {place for place, each in zip(places, came, strict=True) if np.isfinite(each.value).any()}
-        state = replace(state, pulsed=state.pulsed | sent)
-        rows, commands = join_commands(came, [state.commands.get(place, NONE) for place in places])
-        inside = (rows.order >= self.since) & (rows.order < self.until)
-        rows, commands = rows.rows(inside), [command[inside] for command in commands]
-        if isinstance(times.clock, LiveClock) and len(set(self.settings.topics)) > 1:
-            newest = {place: each.rows(np.array([-1])) for place, each in zip(places, came, strict=True) if each.t.size}
-            state = replace(state, commands={**state.commands, **newest})
-        state = _moved(state, rows, commands, least_movement(self.settings), list(places))
-        made = self._made(state, rows, commands) if rows.t.size else {}
-        return replace(state, efforts=state.efforts + (made[TORQUE].t.size if made else 0)), made
-
-    def _came(self, place: FieldPlace, times: Times) -> Mapped:
-        """The commands of a thruster in the tables, from its first pulse on."""
-        topic, path = place
-        table = self.tables.get(topic)
+    def stream(self, name: str, source: Source | Thrusters, topic: str, path: str, factor: float = 1.0) -> Mapped:
+        """The numbers of a topic with their times, those of all numbers of a topic alike; none where it has none."""
+        table, clock = self._tables.get(topic), self.state.clock
         if table is None or path not in table.columns:
             return NONE
-        command = table.columns[path]
-        if self.settings.command == "pwm" and place not in self.pulsed:
-            command = np.where(np.maximum.accumulate(is_pulse(command)), command, np.nan)
-        return times.of(TORQUE, self.settings, topic, table, command)
+        order, stamps = order_of(table, source), stamps_of(source, table)
+        if (topic, source.stamp) not in self._placed:
+            arrival = arrival_of(table, stamps)
+            if isinstance(clock, Clock):
+                ours = isinstance(source, Source) and source.form == "incsvr"
+                time, own = clock.times_of(arrival, stamps, ours)
+            else:
+                clock, time, own = clock.take(name, order, arrival, stamps)
+                self.state = replace(self.state, clock=clock)
+            self._placed[topic, source.stamp] = time, own
+        time, self.own[name, topic] = self._placed[topic, source.stamp]
+        return Mapped(time, table.columns[path] * factor, order)
 
-    def _made(self, state: State, rows: Mapped, commands: Sequence[Array]) -> dict[str, Mapped]:
+    def move(self, rows: Mapped, commands: Sequence[Array], least: float, places: Sequence[FieldPlace]) -> None:
+        """Looks at commands (n,) at these rows: how far they have gone, and when they first move."""
+        if self.state.moved is None:
+            ends = [self.state.ends.get(place, (np.inf, -np.inf)) for place in places]
+            row, ends = first_movement(commands, least, ends)
+            moved = None if row is None else (float(rows.t[row]), float(rows.order[row]))
+            self.state = replace(
+                self.state, ends={**self.state.ends, **dict(zip(places, ends, strict=True))}, moved=moved
+            )
+
+    def efforts(self, settings: Thrusters, since: float, until: float, axes: Sequence[Axis]) -> dict[str, Mapped]:
+        """The moments and forces of thrusters as they are within arrivals [s], where each has a command."""
+        came = [self._commands(settings, *place) for place in settings.fields]
+        rows, commands = join_commands(came, [self.state.commands.get(place, NONE) for place in settings.fields])
+        inside = (rows.order >= since) & (rows.order < until)
+        rows, commands = rows.rows(inside), [command[inside] for command in commands]
+        by_place = {place: each for place, each in zip(settings.fields, came, strict=True) if each.t.size}
+        sent = {place for place, each in by_place.items() if np.isfinite(each.value).any()}
+        newest = {place: each.rows(np.array([-1])) for place, each in by_place.items()}
+        several = isinstance(self.state.clock, LiveClock) and len(set(settings.topics)) > 1
+        kept = {**self.state.commands, **newest} if several else {}
+        self.state = replace(self.state, pulsed=self.state.pulsed | sent, commands=kept)
+        self.move(rows, commands, least_movement(settings), settings.fields)
+        made = self._made(settings, rows, commands, axes) if rows.t.size else {}
+        self.state = replace(self.state, efforts=self.state.efforts + (made[TORQUE].t.size if made else 0))
+        return made
+
+    def _commands(self, settings: Thrusters, topic: str, path: str) -> Mapped:
+        """The commands of a thruster, from its first pulse on."""
+        found = self.stream(TORQUE, settings, topic, path)
+        if settings.command == "pwm" and (topic, path) not in self._pulsed:
+            return replace(found, value=np.where(np.maximum.accumulate(is_pulse(found.value)), found.value, np.nan))
+        return found
+
+    def _made(
+        self, settings: Thrusters, rows: Mapped, commands: Sequence[Array], axes: Sequence[Axis]
+    ) -> dict[str, Mapped]:
         """The moments and forces of commands (n,) at these rows, where each command and each angle is known."""
-        source, settings, count = battery_of(self.inputs), self.settings, rows.t.size
-        volts = np.full(count, T200_NOMINAL_V if settings.voltage is None else settings.voltage)
-        if source is not None:
-            measured = self._newest(source, state, rows.order)
-            volts = np.where(np.isnan(measured), volts, measured)
-        surge = self.inputs.channels.get(SURGE)
-        speed = np.zeros(count) if surge is None else np.nan_to_num(self._newest(surge, state, rows.order))
+        volts = self._newest(battery_of(self._inputs), rows.order)
+        usual = T200_NOMINAL_V if settings.voltage is None else settings.voltage
+        speed = np.nan_to_num(self._newest(self._inputs.channels.get(SURGE), rows.order))
         turned = ((k, each.turned_by) for k, each in enumerate(settings.each))
-        angles = {k: self._newest(angle, state, rows.order) for k, angle in turned if angle is not None}
+        angles = {k: self._newest(angle, rows.order) for k, angle in turned if angle is not None}
         with np.errstate(all="ignore"):  # what is no command makes no moment, and is refused as beyond the plausible
-            totals = efforts(settings, self.axes, commands, volts, speed, angles)
-        known = np.ones(count, dtype=bool)
+            totals = efforts(settings, axes, commands, np.where(np.isnan(volts), usual, volts), speed, angles)
+        known = np.ones(rows.t.size, dtype=bool)
         for each in (*commands, *angles.values()):
             known &= ~np.isnan(each)
-        names = (TORQUE, *(AXES[axis].effort for axis in self.axes[1:]))
+        names = (TORQUE, *(AXES[axis].effort for axis in axes[1:]))
         return {name: replace(rows, value=total).rows(known) for name, total in zip(names, totals, strict=True)}
 
-    def _newest(self, source: Source, state: State, order: Array) -> Array:
+    def _newest(self, source: Source | None, order: Array) -> Array:
         """The newest value of a source when commands came (n,); NaN where none had come."""
-        values, real = real_values(source, self.inputs, self.tables)
-        before = state.latest.get((source.topic, source.field), np.nan)
+        if source is None:
+            return np.full(order.size, np.nan)
+        values, real = real_values(source, self._inputs, self._tables)
+        before = self.state.latest.get((source.topic, source.field), np.nan)
         if not values.size:
             return np.full(order.size, before)
-        came = order_of(self.tables[source.topic], source)[real]
+        came = order_of(self._tables[source.topic], source)[real]
         rising = np.argsort(came, kind="stable")
         place = np.searchsorted(came[rising], order, side="right") - 1
         return np.where(place >= 0, values[rising][np.maximum(place, 0)], before)
+
+    def ended(self) -> State:
+        """The state for the next call."""
+        latest = dict(self.state.latest)
+        for source in read_with(self._inputs):
+            values, _ = real_values(source, self._inputs, self._tables)
+            latest |= {(source.topic, source.field): float(values[-1])} if values.size else {}
+        return replace(self.state, clock=self.state.clock.at_rest(), latest=latest)
 
 
 def join_commands(streams: Sequence[Mapped], before: Sequence[Mapped]) -> tuple[Mapped, list[Array]]:

@@ -14,11 +14,14 @@ from service.inputs.arming import says_armed, says_something
 from service.inputs.clocks import Clock, pace, pace_note, set_at, table_time, without_unset
 from service.inputs.live_clock import RATE
 from service.inputs.mapper import (
+    NONE,
     TORQUE,
+    FieldPlace,
     State,
     arrival_of,
     battery_of,
     has_unknown_voltage,
+    real_values,
     silent_outputs,
     stamps_of,
     take,
@@ -29,10 +32,14 @@ from service.inputs.presets.proposal import Change
 from service.inputs.senders import SENDER, alternates, by_turns, sentence, two_clocks
 from service.inputs.settings import ARRIVAL, Inputs, Place, Thrusters
 from service.inputs.table import Assumption, Table
-from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage
+from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import STAMP_UNITS
 
 Stream = tuple[Array, Array]
+UNKNOWN_VOLTAGE = (
+    f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V "
+    "(--column voltage=NAME gives it)"
+)
 MAX_CHANGES_NAMED = 6
 """Changes of parameters that are named."""
 
@@ -72,54 +79,55 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
     if inputs.yaw_rate is None:
         raise BadInput("the source of the yaw rate is not given")
     thrusters = [each for each in (inputs.thrusters, *(change.thrusters for change in changes)) if each is not None]
-    _refuse_missing(inputs, thrusters, tables)
-    known = _with_whole_stamps(inputs, thrusters, tables)
+    places = list(dict.fromkeys((*inputs.places(), *(place for each in thrusters for place in each.places()))))
+    _refuse_missing(places, tables)
+    known = _with_whole_stamps(places, tables)
     doubts = tuple(_two_senders(inputs, known))
-    state = _begun(inputs, known)
+    rate = known[inputs.yaw_rate.topic]
+    stamps = stamps_of(inputs.yaw_rate, rate)
+    clock = Clock.of(arrival_of(rate, stamps), stamps)
+    notes = [set_at(at) for at in clock.sets]
+    if rate.arrival is None and stamps is not None:
+        notes += table_time(tables[inputs.yaw_rate.topic], inputs.yaw_rate.stamp)[1]
+    state = State(clock, _first_voltage(inputs, known))
     known, marks = _without_marks(inputs, known)
     state, found, own = take(inputs, state, known, changes)
     for settings in thrusters:
         if settings.command == "pwm" and (silent := silent_outputs(settings, state, outputs_alone=True)):
             raise BadInput(without_pulse(settings, silent))
-    notes = [*_notes_on_clock(inputs, tables, state), *_notes_on_streams(inputs, state, known, own, marks)]
-    notes += _change_sentences(changes, state)
-    armed = _armed(inputs, known, state, notes)
-    streams = {name: _rising(mapped.t, mapped.value) for name, mapped in found.items()}
-    if thrusters or inputs.torque is not None:
-        streams = {RATE: streams[RATE], TORQUE: streams.get(TORQUE, (np.empty(0), np.empty(0))), **streams}
-    there = {name: each for name, each in streams.items() if each[0].size or name in (RATE, TORQUE)}
+    notes += [*_notes(inputs, clock, known, own, marks), *_change_sentences(changes, clock)]
+    if has_unknown_voltage(inputs, state):
+        notes.append(Assumption(UNKNOWN_VOLTAGE))
+    armed = _armed(inputs, known, clock, None if state.moved is None else state.moved[0], notes)
+    streams = {RATE: NONE, **({TORQUE: NONE} if thrusters or inputs.torque is not None else {}), **found}
+    rising = {name: _rising(mapped.t, mapped.value) for name, mapped in streams.items()}
+    there = {name: each for name, each in rising.items() if each[0].size or name in (RATE, TORQUE)}
     return MeasuredStreams(there, armed, tuple(dict.fromkeys((*doubts, *notes))), doubts)
 
 
-def _refuse_missing(inputs: Inputs, thrusters: Sequence[Thrusters], tables: Mapping[str, Table]) -> None:
+def _refuse_missing(places: Sequence[Place], tables: Mapping[str, Table]) -> None:
     """Raises BadInput where a topic or a field of the mapping is not there; outputs without a pulse are named later."""
-    for place in _places(inputs, thrusters):
-        if place.name == "armed" or (
-            place.name.startswith("thrusters") and output(place.topic, place.field) is not None
-        ):
+    for place in places:
+        an_output = place.name.startswith("thrusters.each") and output(place.topic, place.field) is not None
+        if an_output or place.name == "armed":
             continue
         if place.topic not in tables:
             if place.name == "thrusters.measured_voltage":
                 continue
             raise BadInput(f"there is no topic {place.topic}; `incsvr inspect FILE` lists all")
         columns = tables[place.topic].columns
-        for path in (place.field, *((place.stamp,) if place.stamp not in ("", ARRIVAL) else ())):
-            if path not in columns:
-                known = ", ".join(list(columns)[:12])
-                raise BadInput(
-                    f"there is no number {path} in {place.topic}, but {known}; `incsvr inspect FILE` lists them all"
-                )
+        missing = [path for path in (place.field, place.stamp) if path not in (*columns, ARRIVAL)]
+        if missing and (missing[0] or not place.field):
+            known = ", ".join(list(columns)[:12])
+            raise BadInput(
+                f"there is no number {missing[0]} in {place.topic}, but {known}; `incsvr inspect FILE` lists them all"
+            )
 
 
-def _places(inputs: Inputs, thrusters: Sequence[Thrusters]) -> list[Place]:
-    """Where all numbers of a mapping stand, those of thrusters under way among them."""
-    return list(dict.fromkeys((*inputs.places(), *(place for each in thrusters for place in each.places()))))
-
-
-def _with_whole_stamps(inputs: Inputs, thrusters: Sequence[Thrusters], tables: Mapping[str, Table]) -> dict[str, Table]:
+def _with_whole_stamps(places: Sequence[Place], tables: Mapping[str, Table]) -> dict[str, Table]:
     """The tables with stamps as all of them show them: those that go on, without those that nobody set."""
     found = dict(tables)
-    stamps = ((place.topic, place.stamp, place.stamp_unit) for place in _places(inputs, thrusters))
+    stamps = ((place.topic, place.stamp, place.stamp_unit) for place in places)
     for topic, stamp, unit in dict.fromkeys(stamps):
         table = tables.get(topic)
         if table is None or stamp not in table.columns:
@@ -138,18 +146,11 @@ def _with_whole_stamps(inputs: Inputs, thrusters: Sequence[Thrusters], tables: M
     return found
 
 
-def _begun(inputs: Inputs, tables: Mapping[str, Table]) -> State:
-    """What is known before the first message: the clock of the whole log, and the battery's first voltage."""
-    assert inputs.yaw_rate is not None
-    table = tables[inputs.yaw_rate.topic]
-    stamps = stamps_of(inputs.yaw_rate, table)
-    state = State(Clock.of(arrival_of(table, stamps), stamps))
+def _first_voltage(inputs: Inputs, tables: Mapping[str, Table]) -> dict[FieldPlace, float]:
+    """The battery's first voltage [V], which holds before it was told."""
     battery = battery_of(inputs)
-    if battery is None or battery.topic not in tables or battery.field not in tables[battery.topic].columns:
-        return state
-    volts = tables[battery.topic].columns[battery.field] * battery.factor
-    real = volts[is_battery_voltage(volts)]
-    return replace(state, latest={(battery.topic, battery.field): float(real[0])}) if real.size else state
+    values = np.empty(0) if battery is None else real_values(battery, inputs, tables)[0]
+    return {(battery.topic, battery.field): float(values[0])} if battery is not None and values.size else {}
 
 
 def _without_marks(inputs: Inputs, tables: dict[str, Table]) -> tuple[dict[str, Table], dict[str, str]]:
@@ -164,24 +165,14 @@ def _without_marks(inputs: Inputs, tables: dict[str, Table]) -> tuple[dict[str, 
     return found, notes
 
 
-def _notes_on_clock(inputs: Inputs, tables: Mapping[str, Table], state: State) -> Iterator[str]:
-    """Sentences on the clock of the log, which was set, or is coarser than its rows."""
-    assert inputs.yaw_rate is not None
-    assert isinstance(state.clock, Clock)
-    yield from (set_at(at) for at in state.clock.sets)
-    table = tables[inputs.yaw_rate.topic]
-    if table.arrival is None and inputs.yaw_rate.stamp in table.columns:
-        yield from table_time(table, inputs.yaw_rate.stamp)[1]
-
-
-def _notes_on_streams(
+def _notes(
     inputs: Inputs,
-    state: State,
+    clock: Clock,
     tables: Mapping[str, Table],
     own: Mapping[tuple[str, str], bool],
     marks: Mapping[str, str],
 ) -> Iterator[str]:
-    """Sentences on the marks and the stamps of each stream, and on a voltage that is not known.
+    """Sentences on the marks and the stamps of each stream.
 
     Args:
         own: by stream and topic, whether its own stamps count.
@@ -189,8 +180,6 @@ def _notes_on_streams(
     Raises:
         BadInput: the stamps are of a simulator whose clock the yaw rate does not bear.
     """
-    clock = state.clock
-    assert isinstance(clock, Clock)
     for (name, topic), is_own in own.items():
         yield from (note for marked, note in marks.items() if marked == name)
         source = inputs.sources.get(name, inputs.thrusters)
@@ -208,11 +197,6 @@ def _notes_on_streams(
                     "arrivals, as a simulator's do: record the yaw rate with stamps of that clock"
                 )
             yield f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used"
-    if has_unknown_voltage(inputs, state):
-        yield Assumption(
-            f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V "
-            "(--column voltage=NAME gives it)"
-        )
 
 
 def _two_senders(inputs: Inputs, tables: Mapping[str, Table]) -> Iterator[str]:
@@ -248,13 +232,12 @@ def _rising(time: Array, values: Array) -> Stream:
     return unique, values[order][first]
 
 
-def _change_sentences(changes: Sequence[Change], state: State) -> list[str]:
+def _change_sentences(changes: Sequence[Change], clock: Clock) -> list[str]:
     """The sentence on parameters that changed during the log."""
-    assert isinstance(state.clock, Clock)
     said = []
     for change in changes:
         if change.parameters:
-            at = float(state.clock.times_of(np.array([change.since]), None)[0][0])
+            at = float(clock.times_of(np.array([change.since]), None)[0][0])
             lost = " (the thrusters are not known then, and nothing is learned)" if change.thrusters is None else ""
             said.append(f"{', '.join(change.parameters)} from {at:.6g} s on{lost}")
     more = f"; and {len(said) - MAX_CHANGES_NAMED} more" if len(said) > MAX_CHANGES_NAMED else ""
@@ -265,19 +248,24 @@ def _change_sentences(changes: Sequence[Change], state: State) -> list[str]:
     )
 
 
-def _armed(inputs: Inputs, tables: Mapping[str, Table], state: State, notes: list[str]) -> Stream | None:
-    """The times and values of the armed state; before its first message it follows from moving outputs."""
-    settings, moves = inputs.armed, None if state.moved is None else state.moved[0]
+def _armed(
+    inputs: Inputs, tables: Mapping[str, Table], clock: Clock, moves: float | None, notes: list[str]
+) -> Stream | None:
+    """The times and values of the armed state; before its first message it follows from moving outputs.
+
+    Args:
+        moves: when the outputs first move [s].
+    """
+    settings = inputs.armed
     if settings is None:
         return _by_movement("HEARTBEAT", moves, notes) if inputs.preset == "blueos" else None
     table = tables.get(settings.topic)
     if table is None or settings.field not in table.columns:
         return _by_movement(settings.topic, moves, notes) if settings.events else None
-    assert isinstance(state.clock, Clock)
     values = table.columns[settings.field]
     told = says_something(settings, values)
     stamps = stamps_of(settings, table)
-    time, _ = state.clock.times_of(arrival_of(table, stamps), stamps)
+    time, _ = clock.times_of(arrival_of(table, stamps), stamps)
     time, armed = time[told], says_armed(settings, values)[told]
     if not settings.events:
         return time, armed.astype(np.float64)

@@ -96,17 +96,21 @@ class Survey:
         }
 
     def _input(self, name: str, came: Values, doubts: list[str]) -> dict[str, Any]:
-        _, values = _stream(came)
-        finite = values[np.isfinite(values)]
+        finite, span = came.value[np.isfinite(came.value)], self._span(name)
         return {
             "keys": self.mapper.keys_of(name),
             "count": came.t.size,
-            "rate_hz": _rate(came.arrival),
+            "rate_hz": (came.t.size - 1) / span if span > 0.0 else 0.0,
             "low": float(finite.min()) if finite.size else None,
             "high": float(finite.max()) if finite.size else None,
             "stamps": "arrival" if self.mapper.placed.get(name) is False else "own",
             "doubts": doubts,
         }
+
+    def _span(self, name: str) -> float:
+        """The time over which the messages of an input arrived [s]."""
+        heard = [self.mapper.bindings[key] for key in self.mapper.keys_of(name)]
+        return max(each.last for each in heard) - min(each.first for each in heard) if heard else 0.0
 
     def _keys_of(self, name: str) -> list[str]:
         inputs = self.mapper.inputs
@@ -117,7 +121,7 @@ class Survey:
 
     def _doubts(self, name: str, came: Values) -> list[str]:
         found = []
-        values, arrival, t = came.value, came.arrival, came.t
+        values, span = came.value, self._span(name)
         limit = self._limits.get(name)
         if limit is not None:
             beyond = int(np.count_nonzero(~(np.abs(values) <= limit)))
@@ -126,8 +130,8 @@ class Survey:
                 found.append(finding.sentence)
             if values.size > 1 and np.ptp(values) < MIN_CHANGE_PART * limit:
                 found.append(f"{QUANTITY_WORDS[name]} is constant at {round(values[0], 9):g}")
-        if arrival.size > 1 and self.mapper.placed.get(name) is not False and np.ptp(arrival) > 1.0:
-            pace = float(np.ptp(t)) / float(np.ptp(arrival))
+        if self.mapper.placed.get(name) is not False and span > 1.0:
+            pace = float(np.ptp(came.t)) / span
             unit = next((unit for factor, unit in UNIT_PACES.items() if 0.5 < pace / factor < 2.0), None)
             if unit is not None:
                 found.append(f"its stamps count {unit}: set stamp_unit")
@@ -168,8 +172,3 @@ def _hertz(binding: SourceBinding) -> float:
         if binding.count > 1 and binding.last > binding.first
         else 0.0
     )
-
-
-def _rate(arrival: Array) -> float:
-    span = float(np.ptp(arrival)) if arrival.size > 1 else 0.0
-    return (arrival.size - 1) / span if span > 0.0 else 0.0
