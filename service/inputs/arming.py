@@ -68,14 +68,15 @@ class Arming:
     by_movement: bool = False
     _has_spoken: bool = False
 
-    def take(self, settings: Armed, value: float | None) -> bool:
-        """Takes what a message says; False where it has no such number."""
-        if value is None or not abs(value) < MAX_WHOLE_NUMBER:
-            return False
-        given = np.array([value])
-        if says_something(settings, given)[0]:
-            self.armed, self.by_movement, self._has_spoken = bool(says_armed(settings, given)[0]), False, True
-        return True
+    def take(self, settings: Armed, values: Array) -> list[bool | None]:
+        """Takes what messages say (n,); whether the vehicle is armed after each."""
+        known = says_something(settings, values) & (np.abs(values) < MAX_WHOLE_NUMBER)
+        found: list[bool | None] = []
+        for speaks, on in zip(known.tolist(), says_armed(settings, values).tolist(), strict=True):
+            if speaks:
+                self.armed, self.by_movement, self._has_spoken = on, False, True
+            found.append(self.armed)
+        return found
 
     def moved(self, settings: Armed | None) -> None:
         """The outputs of the vehicle move."""

@@ -12,58 +12,35 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.inputs import self_description
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import ColumnSpec, parse_columns, split_file
 from service.inputs.measured_streams import MeasuredStreams, measure, topics_read
+from service.inputs.naming import renamed
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.presets.columns import time_column
 from service.inputs.presets.proposal import Change
-from service.inputs.settings import Inputs, Source, StampUnit, Thruster
+from service.inputs.self_description import ParameterEpoch, parameter_epochs
+from service.inputs.settings import Inputs, Source, StampUnit
 from service.inputs.table import ROWS, Assumption, Table, Topic, usual_stamp
 from service.inputs.units import STAMP_UNITS
-from service.logs import cutting, self_description
+from service.logs import cutting
 from service.logs.candidates import ranks
 from service.logs.choosing import choose_vehicle
 from service.logs.cutting import Cut, Span, columns_inside, rows_inside
 from service.logs.log import Log
-from service.logs.self_description import ParameterEpoch, parameter_epochs
-
-
-def aliases(topics: Sequence[Topic]) -> dict[str, Topic]:
-    """The topics by their names, and those of the vehicle's autopilot also by the message: `SERVO_OUTPUT_RAW[1]`."""
-    by_message = {message: topic for topic in topics if (message := autopilot_message(topic)) is not None}
-    return {**{topic.name: topic for topic in topics}, **by_message}
 
 
 def with_log_names(inputs: Inputs, topics: Sequence[Topic]) -> Inputs:
-    """The mapping with topics and paths as they are in a log.
+    """The mapping with topics and paths as they are in a log; those of the vehicle's autopilot may be named by message.
 
     Args:
         topics: of the vehicle that is taken.
     """
-    known = aliases(topics)
-    update = {name: _source_in_log(getattr(inputs, name), known) for name in ("yaw_rate", "torque", "armed")}
-    channels = {name: _source_in_log(source, known) for name, source in inputs.channels.items()}
-    thrusters = inputs.thrusters
-    if thrusters is not None:
-        each = tuple(_thruster(one, thrusters.topic, known) for one in thrusters.each)
-        voltage = _source_in_log(thrusters.measured_voltage, known)
-        changed = {**_place_in_log(thrusters, thrusters.topic, known), "each": each, "measured_voltage": voltage}
-        thrusters = thrusters.model_copy(update=changed)
-    return inputs.model_copy(update={**update, "channels": channels, "thrusters": thrusters})
-
-
-def _thruster(thruster: Thruster, common: str, known: Mapping[str, Topic]) -> Thruster:
-    changed = _place_in_log(thruster, thruster.topic or common, known)
-    if not thruster.topic:
-        changed.pop("topic", None)
-    return thruster.model_copy(update={**changed, "turned_by": _source_in_log(thruster.turned_by, known)})
-
-
-def _source_in_log(source: Any, known: Mapping[str, Topic]) -> Any:
-    """A source, or what says armed, with its topic and paths; None where there is none."""
-    return None if source is None else source.model_copy(update=_place_in_log(source, source.topic, known))
+    by_message = {message: topic for topic in topics if (message := autopilot_message(topic)) is not None}
+    known = {**{topic.name: topic for topic in topics}, **by_message}
+    return renamed(inputs, lambda _, source, topic: _place_in_log(source, topic, known))
 
 
 def _place_in_log(named: Any, name: str, known: Mapping[str, Topic]) -> dict[str, str]:
