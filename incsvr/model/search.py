@@ -95,11 +95,16 @@ def search(
 
 
 def _is_rest(best: Added, added: Sequence[Added], share: float = 0.15) -> bool:
-    """Whether an effect gains so little beside those of its axis that their inexact form explains it; what can imitate
-    much gains twice as much so. An inertia has no form that could be inexact."""
+    """Whether an effect gains so little beside those of its axis that their inexact form explains it.
+
+    What can imitate much gains twice as much so; beside anything else an inertia does not count, which has no form that
+    could be inexact.
+    """
+    much = imitates(best.candidate)
     axis = best.name.partition("@")[2]
-    before = sum(each.gain for each in added if each.name.endswith(f"@{axis}") and not each.name.startswith("inertia@"))
-    return best.gain < (2.0 if imitates(best.candidate) else 1.0) * share * before
+    own = [each for each in added if each.name.partition("@")[2] == axis]
+    before = sum(each.gain for each in own if much or not each.name.startswith("inertia@"))
+    return best.gain < (2.0 if much else 1.0) * share * before
 
 
 def _best(
