@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
 from incsvr.model.identification import identify
 from incsvr.model.scales import motion_scale
@@ -199,8 +200,8 @@ def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, traced: Trace
     windows = fitted.blocks
     last, _ = ends(windows)
     stamps, ledger = ledger_of(model, traced)
-    middle = times(windows)[last] - 0.5 * fitted.block
-    depends = {"time": middle} | {name: _means(fitted, name, middle) for name in _drawn(fitted)}
+    middle, run = times(windows)[last] - 0.5 * fitted.block, windows.run[windows.window[last]]
+    depends = {"time": middle} | {name: _means(fitted, name, middle, run) for name in _drawn(fitted)}
     return Pictures(
         before=proof.before,
         after=proof.after,
@@ -215,13 +216,13 @@ def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, traced: Trace
 def _drawn(fitted: Judge) -> dict[str, str]:
     """Streams on which a residual may depend, by the names that reports know."""
     own = fitted.recordings
-    return {"yaw_rate": own.axis, "torque": effort_of(own.axis)} | {
-        name: name for name in own.channels if name not in ("time",)
-    }
+    beside = {name: name for name in own.channels if name != "time"}
+    return beside | {"yaw_rate": own.axis, "torque": effort_of(own.axis)}
 
 
-def _means(fitted: Judge, name: str, at: Array) -> Array:
+def _means(fitted: Judge, name: str, at: Array, run: Indices) -> Array:
     """(blocks,) of a stream about the middles of the blocks."""
-    own = _drawn(fitted)[name]
-    t, v = (np.concatenate([run[own][part] for run in fitted.recordings.streams]) for part in (0, 1))
-    return np.asarray(np.interp(at, t, v))
+    found, own = np.empty(at.size), _drawn(fitted)[name]
+    for k in np.unique(run):
+        found[run == k] = np.interp(at[run == k], *fitted.recordings.streams[k][own])
+    return found

@@ -16,7 +16,7 @@ from incsvr.numerics import Stream, Streams
 def thinned(
     recordings: Recordings,
     standing: float,
-    most: int = 12_000,  # samples of the velocity: twenty minutes at 10 Hz
+    most: int = 8_000,  # samples of the velocity: thirteen minutes at 10 Hz
     a_scale: float = 20.0,  # merged samples in a time scale of the motion
     stretch: float = 12.0,  # time scales that a stretch lasts at least: several windows of a fit
 ) -> tuple[Recordings, float]:
