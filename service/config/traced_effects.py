@@ -87,11 +87,13 @@ def effects_from_trace(
     inertia: float,
     channels: tuple[str, ...],
     source: str,
+    again: str = _AGAIN,
 ) -> TracedEffects:
     """The effects of a trace that was read from `source`, by its model and its findings; otherwise as `read_effects`.
 
     Args:
         traced: the findings, in the form that `incsvr trace --json` writes.
+        again: what helps where they are of another version.
     """
     # Loaded where it is needed alone: most learners have no traced effects.
     from incsvr.compensation.effects_in_force import FOLLOWED_BY_LEARNING, Compensation
@@ -103,7 +105,7 @@ def effects_from_trace(
         findings = tuple(dict(finding) for finding in traced if finding["effect"] in compensation.names)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, StopIteration) as error:
         raise BadInput(
-            f"{source}: this is no trace of this version ({type(error).__name__}: {error}); {_AGAIN}"
+            f"{source}: this is no trace of this version ({type(error).__name__}: {error}); {again}"
         ) from None
     declared = traced_model.inertia
     if declared != inertia:

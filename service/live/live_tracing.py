@@ -9,6 +9,7 @@ import logging
 import math
 from collections import deque
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -39,12 +40,23 @@ class LiveTracing:
 
     def __init__(self, config: Config, memory: Mapping[str, Any] | None, begin: Begin = TracingProcess.start) -> None:
         self._config, self._begin = config, begin
-        self.state = TracingState() if memory is None else TracingState.from_dict(memory)
+        self.state = TracingState() if memory is None else self._readable(TracingState.from_dict(memory))
         self.effects: TracedEffects | None = None
         self._enter(self.state)
         self._child: Worker | None = None
         self._work: tuple[Work, BatchEnd] | None = None
         self._ends: deque[BatchEnd] = deque(maxlen=MAX_WAITING_BATCHES)
+
+    def _readable(self, state: TracingState) -> TracingState:
+        """The state without proven effects that an earlier version wrote in another form; it says so aloud."""
+        try:
+            if state.proven is not None:
+                self._effects(state.proven)
+        except BadInput as error:
+            log.warning("%s: proven effects are set aside: %s", self._config.prefix, error)
+            names = () if state.proven is None else state.proven.names
+            return replace(state, proven=None).with_step({"step": "set aside", "why": str(error)}, names)
+        return state
 
     def to_dict(self) -> dict[str, Any]:
         """The durable state as plain data."""
@@ -248,7 +260,9 @@ class LiveTracing:
 
     def _effects(self, content: TraceContent) -> TracedEffects:
         vehicle, channels = self._config.vehicle, self._config.signals.channels
-        return effects_from_trace(content.model, content.effects, vehicle.inertia, channels, "the live trace")
+        return effects_from_trace(
+            content.model, content.effects, vehicle.inertia, channels, "the live trace", "they are traced again"
+        )
 
     def _names(self, content: TraceContent) -> tuple[str, ...]:
         return self._effects(content).compensation.names

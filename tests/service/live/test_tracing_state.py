@@ -8,7 +8,10 @@ from dataclasses import replace
 import pytest
 
 from incsvr.compensation.proof import Verdict
+from incsvr.errors import BadInput
+from service.live.live_tracing import LiveTracing
 from service.live.tracing_state import MAX_STEPS, TraceContent, TracingState
+from tests.service.conftest import configured
 
 WINDOW, PROOF = 900.0, 300.0
 LAG = TraceContent(({"effect": "torque_lag"},), {})
@@ -113,3 +116,20 @@ def test_what_cannot_be_proven_within_half_a_window_is_overdue() -> None:
     assert not shadow.overdue(1350.0, WINDOW)
     assert shadow.overdue(1351.0, WINDOW)
     assert not TracingState().overdue(1351.0, WINDOW)
+
+
+def test_effects_that_an_earlier_version_wrote_are_set_aside_with_the_reason() -> None:
+    before = {"inertia": 350.0, "terms": [{"effect": "torque_lag", "coefficients": [0.7]}], "origin": [0.0, 240.0]}
+    content = TraceContent(({"effect": "torque_lag"},), before)
+    config = configured(tracing__live="advise", vehicle__inertia=350.0)
+    live = LiveTracing(
+        config, TracingState(proven=content, history=({"effect": "torque_lag", "step": "proven"},)).to_dict()
+    )
+    assert live.state.proven is None
+    assert [(each["effect"], each["step"]) for each in live.state.history] == [
+        ("torque_lag", "proven"),
+        ("torque_lag", "set aside"),
+    ]
+    assert "no trace of this version" in live.state.history[-1]["why"]
+    with pytest.raises(BadInput, match=r"no trace of this version.*they are traced again"):
+        LiveTracing(config, TracingState(active=content).to_dict())
