@@ -15,7 +15,7 @@ from incsvr.model.predictor import frequencies, predictor
 from incsvr.model.rivals import excluded_free_runs
 from incsvr.model.rows import Row, free_products, mirrored
 from incsvr.model.scales import motion_scale, step_of, time_constants
-from incsvr.model.search import Found, search
+from incsvr.model.search import Found, drives, search
 from incsvr.model.series import duration, effort_of, period, values
 from incsvr.model.start import start
 from incsvr.model.structure import Structure
@@ -141,7 +141,8 @@ def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> d
         scale = motion_scale(runs, axis)
         beat = period(runs, axis)
         rows.append(catalogue.memory(axis, tuple(max(times * scale, 2.0 * beat) for times in (0.5, 1.0, 6.0))))
-    return {row.key: (row,) for row in rows if mirrored(row)} | found
+    known = {row.key for row in catalogue.free_products(structure.axes)} if structure.tied else set()  # C(M) has them
+    return {row.key: (row,) for row in rows if mirrored(row) and row.key not in known} | found
 
 
 def identify(
@@ -247,6 +248,7 @@ def choose_coriolis(
     for label, other in rivals.items():
         reached = gain(base - left_out(other), plain.problem.windows)
         say(f"{label} in place of C(M): {reached}")
-        if reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value:
+        wins = reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value
+        if wins and not drives(other):
             best = other
     return plain, best
