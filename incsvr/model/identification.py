@@ -146,7 +146,8 @@ def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> d
         scale = motion_scale(runs, axis)
         beat = period(runs, axis)
         rows.append(catalogue.memory(axis, tuple(max(times * scale, 2.0 * beat) for times in (0.5, 1.0, 6.0))))
-    return {row.key: (row,) for row in rows if mirrored(row)} | found
+    known = {row.key for row in catalogue.free_products(structure.axes)} if structure.tied else set()  # C(M) has them
+    return {row.key: (row,) for row in rows if mirrored(row) and row.key not in known} | found
 
 
 def identify(
@@ -276,6 +277,7 @@ def choose_coriolis(
     for label, other in rivals.items():
         reached = gain(base - left_out(other), plain.problem.windows)
         say(f"{label} in place of C(M): {reached}")
-        if reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value:
+        wins = reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value
+        if wins and not drives(other):
             best = other
     return plain, best

@@ -21,7 +21,7 @@ class Interval:
 
     Attributes:
         value, low, high: in the parameter's unit.
-        moved: the largest change in other fits, in half widths that the blocks give.
+        moved: the largest change in other fits, in half widths of what chance changes.
     """
 
     value: float
@@ -57,17 +57,29 @@ def halved(found: Fit) -> Fit:
 
 
 def intervals(found: Fit, others: Sequence[Fit] = ()) -> dict[str, Interval]:
-    """The interval of every parameter; what other fits of the structure move beyond it widens it.
+    """The interval of every parameter; what other fits move more than chance would move them widens it.
+
+    Of two fits to the same motion the difference varies as their variances differ (J. A. Hausman, Specification Tests
+    in Econometrics, Econometrica 46, 1978): what another fit hardly determines does not widen what this one does.
 
     Args:
         others: the fit to every second sample; the predictor, which shows motion that the simulation does not contain.
     """
-    result = {}
-    for name, deviation in zip(found.names, np.sqrt(np.maximum(np.diag(covariance(found)), 0.0)), strict=True):
-        at, width = found.theta[name], 1.96 * float(deviation)
-        change = max((abs(each.theta[name] - at) for each in others if name in each.theta), default=0.0)
-        whole = float(np.hypot(width, change)) if change > width else width
+    result, of_others = {}, [dict(zip(each.names, _widths(each), strict=True)) for each in others]
+    for name, width in zip(found.names, _widths(found), strict=True):
+        at, moved, added = found.theta[name], 0.0, 0.0
+        for each, widths in zip(others, of_others, strict=True):
+            if name in widths:
+                change, by_chance = abs(each.theta[name] - at), np.sqrt(max(widths[name] ** 2 - width**2, width**2))
+                moved = max(moved, change / max(by_chance, 1e-300))
+                added = max(added, change**2 - by_chance**2)
+        whole = float(np.sqrt(width**2 + added))
         ends = np.clip([at, at - whole, at + whole], *found.structure.bounds(name))
         value, low, high = (np.exp(ends) if is_logarithm(name) else ends).tolist()
-        result[name] = Interval(value, low, high, change / max(width, 1e-300))
+        result[name] = Interval(value, low, high, moved)
     return result
+
+
+def _widths(found: Fit) -> list[float]:
+    """Half an interval of each parameter, in θ's own units."""
+    return [float(each) for each in 1.96 * np.sqrt(np.maximum(np.diag(covariance(found)), 0.0))]
