@@ -22,8 +22,6 @@ from service.bus.ingest import (
     MESSAGE_OVERHEAD_BYTES,
     QUEUE_BYTES,
     RING_PLACES,
-    Arrived,
-    Measurements,
     places,
 )
 from service.config.configuration import Config
@@ -34,6 +32,7 @@ from service.inputs.live_clock import RATE
 from service.inputs.mapper import TORQUE
 from service.inputs.presets.ros import LISTENED_TYPES
 from service.inputs.settings import Axis, Inputs, Source
+from service.inputs.values import Values
 from service.recordings.archive import Archive
 from service.wire import Keys
 
@@ -175,26 +174,21 @@ class MappedIngest:
         """The messages that wait to be read, as a part of those that may."""
         return self._arrivals.waiting()
 
-    def read(self) -> Arrived:
-        """The measurements since the last call; they may be learned from while the vehicle is armed."""
-        came: list[Measurements] = []
-        learnable: list[Measurements] = []
+    def read(self) -> list[Values]:
+        """The values since the last call; they may be learned from while the vehicle is armed."""
+        came: list[Values] = []
         arrivals = self._arrivals.take()
         while messages := list(islice(arrivals, TURN_MESSAGES)):
             with self._lock:
                 found = self.mapper.take(messages)
             # A sample is complete when both others have passed it, and takes what there is of channels: they go first.
-            for name in sorted(found, key=lambda name: {TORQUE: 1, RATE: 2}.get(name, 0)):
-                values = found[name]
-                may = values.learnable
-                came.append(Measurements(name, values.t, values.value))
-                learnable += [Measurements(name, values.t[may], values.value[may])] if may.any() else []
+            came += [found[name] for name in sorted(found, key=lambda name: {TORQUE: 1, RATE: 2}.get(name, 0))]
         for each in self.mapper.numbers:
             self._watch.add_number(*each)
         self.mapper.numbers.clear()
         while self.mapper.refused:
             self._watch.add_refusal(*self.mapper.refused.popitem())
-        return Arrived(came, learnable)
+        return came
 
     @property
     def why_not(self) -> str | None:

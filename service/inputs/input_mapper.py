@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import nan
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
@@ -41,6 +42,7 @@ from service.inputs.source_binding import SourceBinding, numbers
 from service.inputs.table import MESSAGE, Table, Topic, leaves
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import FRACTION
+from service.inputs.values import Values
 
 MAX_KEYS = 1000
 """Keys that are looked at; what comes after so many is no vehicle's."""
@@ -48,26 +50,6 @@ GRACE_MESSAGES = 50
 """Messages until which the battery's voltage and the first pulse may come: a voltage is told every few seconds."""
 Message = tuple[str, bytes, float]
 """Key, payload, and when it arrived [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Values:
-    """Values of a stream.
-
-    Attributes:
-        t: (n,) stamps [s].
-        value: (n,) in SI units.
-        learnable: (n,) whether it may be learned from.
-    """
-
-    t: Array
-    value: Array
-    learnable: Array
-
-    @staticmethod
-    def joined(parts: list[Values]) -> Values:
-        """The parts of a stream as one."""
-        return Values(*(np.concatenate([getattr(part, name) for part in parts]) for name in Values.__slots__))
 
 
 class InputMapper:
@@ -125,13 +107,14 @@ class InputMapper:
     def missing(self) -> Mapping[str, str]:
         """Sentences on what was not found, by name."""
         thrusters = self._resolved.by_key.thrusters
-        silent = [] if thrusters is None else silent_outputs(thrusters, self._state)
-        came = sum(
-            each.count for key, each in self.bindings.items() if thrusters is not None and key in thrusters.topics
-        )
-        if thrusters is None or not silent or came <= GRACE_MESSAGES:
+        silent = [] if thrusters is None or self._early() else silent_outputs(thrusters, self._state)
+        if thrusters is None or not silent:
             return self._resolved.missing
         return {**self._resolved.missing, TORQUE: without_pulse(thrusters, silent)}
+
+    def _early(self) -> bool:
+        """Whether so few commands have come that pulses and voltages may still come."""
+        return sum(self.bindings[key].count for key in self.keys_of(TORQUE)) <= GRACE_MESSAGES
 
     @property
     def _clock(self) -> LiveClock:
@@ -265,10 +248,12 @@ class InputMapper:
                 self._senders.add(name, each.t, each.value)
             if each.t.size:
                 may = states[np.searchsorted(changes, each.order, side="right")]
-                self._came.setdefault(name, []).append(Values(each.t, each.value, may))
+                self._came.setdefault(name, []).append(Values(name, each.t, each.value, may))
         self.placed |= {name: own for (name, _), own in placed.items()}
 
-    def _armed_in(self, tables: Mapping[str, Table], moved: tuple[float, float] | None) -> tuple[Array, Array]:
+    def _armed_in(
+        self, tables: Mapping[str, Table], moved: tuple[float, float] | None
+    ) -> tuple[Array, NDArray[np.bool_]]:
         """The messages (m,) that say whether the thrusters may turn, or show it, and whether they may (m + 1,): before
         the first of them, and after each.
 
@@ -319,7 +304,7 @@ class InputMapper:
         if thrusters is not None and self._configured.thrusters is None and inputs.preset == "blueos":
             doubt = ardusub_frames.assumption(self.parameters)
             found += [doubt] if doubt else []
-        if self._state.efforts > GRACE_MESSAGES and has_unknown_voltage(self._resolved.by_key, self._state):
+        if not self._early() and has_unknown_voltage(self._resolved.by_key, self._state):
             found.append(
                 f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V; let the vehicle "
                 "send it, or name it in inputs.channels.voltage"

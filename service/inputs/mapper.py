@@ -67,7 +67,6 @@ class State:
         pulsed: the commands that have borne a pulse; those in another unit that have come.
         ends: the least and the greatest of each command.
         moved: when the commands first moved [s], and its place in the order; None before.
-        efforts: the moments that were made.
     """
 
     clock: Clock | LiveClock = field(default_factory=LiveClock)
@@ -76,7 +75,6 @@ class State:
     pulsed: frozenset[FieldPlace] = frozenset()
     ends: Mapping[FieldPlace, tuple[float, float]] = field(default_factory=dict)
     moved: tuple[float, float] | None = None
-    efforts: int = 0
 
 
 def take(
@@ -227,9 +225,7 @@ class _Call:
         kept = {**self.state.commands, **newest} if several else {}
         self.state = replace(self.state, pulsed=self.state.pulsed | sent, commands=kept)
         self.move(rows, commands, least_movement(settings), settings.fields)
-        made = self._made(settings, rows, commands, axes) if rows.t.size else {}
-        self.state = replace(self.state, efforts=self.state.efforts + (made[TORQUE].t.size if made else 0))
-        return made
+        return self._made(settings, rows, commands, axes) if rows.t.size else {}
 
     def _commands(self, settings: Thrusters, topic: str, path: str) -> Mapped:
         """The commands of a thruster, from its first pulse on."""

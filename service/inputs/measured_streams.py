@@ -30,7 +30,7 @@ from service.inputs.marks import without_marks
 from service.inputs.outputs import output, without_pulse
 from service.inputs.presets.proposal import Change
 from service.inputs.senders import SENDER, alternates, by_turns, sentence, two_clocks
-from service.inputs.settings import ARRIVAL, Inputs, Place, Thrusters
+from service.inputs.settings import ARRIVAL, Inputs, Place
 from service.inputs.table import Assumption, Table
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import STAMP_UNITS
@@ -53,18 +53,14 @@ class MeasuredStreams:
         armed: stamps (n,) [s] and whether the thrusters may turn from then on; None where nothing says so.
         notes: what a person should know of how it came about, one sentence each.
         doubts: why nothing is to be learned of them, one sentence each.
+        since_1970: what makes seconds since 1970 of the stamps [s]; None where the log does not show it.
     """
 
     streams: Mapping[str, Stream]
     armed: Stream | None
     notes: tuple[str, ...]
     doubts: tuple[str, ...] = ()
-
-
-def topics_read(inputs: Inputs, *others: Thrusters) -> frozenset[str]:
-    """The topics that the mapping reads, and those of thrusters that are others under way."""
-    named: tuple[Inputs | Thrusters, ...] = (inputs, *others)
-    return frozenset(place.topic for each in named for place in each.places())
+    since_1970: float | None = None
 
 
 def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Change] = ()) -> MeasuredStreams:

@@ -10,10 +10,11 @@ import numpy as np
 from incsvr.checks import implausible
 from incsvr.numerics import Array, running_integral
 from incsvr.signals.message_rates import slow_torque
-from service.inputs.input_mapper import InputMapper, Message, Values
+from service.inputs.input_mapper import InputMapper, Message
 from service.inputs.live_clock import RATE
 from service.inputs.mapper import TORQUE
 from service.inputs.source_binding import SourceBinding
+from service.inputs.values import Values
 
 HEADING = "heading"
 MIN_TURN_RAD = 0.2

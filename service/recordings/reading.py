@@ -231,13 +231,10 @@ class Reading:
             description = replace(description, columns=columns)
         proposal = logs.describe(log, description)
         measured = logs.read(path, log, proposal)
-        since = logs.since_1970(log, proposal.inputs, measured) if self.cut else None
         with beside_assumptions((*proposal.sentences, *measured.notes)):
-            return self._of_measured(path, log, proposal, measured, since)
+            return self._of_measured(path, log, proposal, measured)
 
-    def _of_measured(
-        self, path: Path, log: Log, proposal: Proposal, measured: MeasuredStreams, since: float | None
-    ) -> Recording:
+    def _of_measured(self, path: Path, log: Log, proposal: Proposal, measured: MeasuredStreams) -> Recording:
         """The measurements of a log as a recording, or why they are none."""
         source = proposal.inputs.yaw_rate
         if self.learns and measured.doubts:
@@ -247,7 +244,7 @@ class Reading:
                 f"{path}: there is no value of yaw_rate in {source.topic}"
                 + (turning_instead(log, source, "yaw_rate") or f"; `incsvr inspect {path}` shows what there is")
             )
-        recording = self._recording(path, measured, proposal.inputs, since)
+        recording = self._recording(path, measured, proposal.inputs)
         notes = (*proposal.sentences, *measured.notes)
         units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
         recording = replace(recording, notes=notes, places=_places(proposal.inputs), units=units)
@@ -260,7 +257,7 @@ class Reading:
         refuse_still(path, log, source if self.axis == YAW else None, rate, words_of(self.axis))
         return recording
 
-    def _recording(self, path: Path, measured: MeasuredStreams, inputs: Inputs, since_1970: float | None) -> Recording:
+    def _recording(self, path: Path, measured: MeasuredStreams, inputs: Inputs) -> Recording:
         """The streams in the cut as they are, with a channel that says when the vehicle was armed, if anything does."""
         for name in ("yaw_rate", "torque"):
             if name not in measured.streams or not measured.streams[name][0].size:
@@ -276,7 +273,8 @@ class Reading:
             refuse_steps(stamps, f"{path}: the times of {name}")
         recording = from_streams(path.name, streams)
         try:
-            recording = cut_recording(recording, self.cut, None if since_1970 is None else since_1970 - shift)
+            since = None if measured.since_1970 is None else measured.since_1970 - shift
+            recording = cut_recording(recording, self.cut, since)
         except BadInput as error:
             raise type(error)(f"{path}: {error}") from None
         for name in ("yaw_rate", "torque") if self.cut else ():

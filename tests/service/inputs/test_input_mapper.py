@@ -11,8 +11,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from service.inputs.clocks import WRAP_S
-from service.inputs.input_mapper import InputMapper, Values
+from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs
+from service.inputs.values import Values
 from tests.service import link
 from tests.service.logs.dive import BOOT, dive
 

@@ -48,7 +48,7 @@ def said() -> list[link.Said]:
 
 
 def ros() -> Iterator[tuple[float, str, str, bytes]]:
-    """The same dive as ROS tells it, with a camera's Imu and another vehicle beside: arrival [s], topic, type."""
+    """The same dive as ROS tells it, with a camera's Imu and another vehicle beside: arrival [s], topic, type, data."""
     state = {"connected": True, "guided": False, "manual_input": True, "mode": "MANUAL", "system_status": 4}
     for k, (t, rate, torque) in enumerate(zip(SWIM.time, SWIM.rate, SWIM.torque, strict=True)):
         for rov, sign, armed in (("rov2", 1.0, t >= ARMED_FROM), ("rov1", -1.0, False)):
