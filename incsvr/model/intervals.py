@@ -59,25 +59,42 @@ def halved(found: Fit) -> Fit:
 def intervals(found: Fit, others: Sequence[Fit] = ()) -> dict[str, Interval]:
     """The interval of every parameter; what other fits move more than chance would move them widens it.
 
-    Of two fits to the same motion the difference varies as their variances differ (J. A. Hausman, Specification Tests
-    in Econometrics, Econometrica 46, 1978): what another fit hardly determines does not widen what this one does.
-
     Args:
         others: the fit to every second sample; the predictor, which shows motion that the simulation does not contain.
     """
     result, of_others = {}, [dict(zip(each.names, _widths(each), strict=True)) for each in others]
     for name, width in zip(found.names, _widths(found), strict=True):
-        at, moved, added = found.theta[name], 0.0, 0.0
-        for each, widths in zip(others, of_others, strict=True):
-            if name in widths:
-                change, by_chance = abs(each.theta[name] - at), np.sqrt(max(widths[name] ** 2 - width**2, width**2))
-                moved = max(moved, change / max(by_chance, 1e-300))
-                added = max(added, change**2 - by_chance**2)
-        whole = float(np.sqrt(width**2 + added))
+        at = found.theta[name]
+        moves = [
+            (abs(each.theta[name] - at), widths[name])
+            for each, widths in zip(others, of_others, strict=True)
+            if name in widths
+        ]
+        moved = max((change / max(by_chance(width, other), 1e-300) for change, other in moves), default=0.0)
+        whole = widened(width, moves)
         ends = np.clip([at, at - whole, at + whole], *found.structure.bounds(name))
         value, low, high = (np.exp(ends) if is_logarithm(name) else ends).tolist()
         result[name] = Interval(value, low, high, moved)
     return result
+
+
+def by_chance(width: float, other: float) -> float:
+    """Half the width of the interval of the difference of two estimates from the same motion, from those of their own.
+
+    It varies as their variances differ (J. A. Hausman, Specification Tests in Econometrics, 1978): what
+    another fit hardly determines does not widen what this one does.
+    """
+    return float(np.sqrt(max(other**2 - width**2, width**2)))
+
+
+def widened(width: float, moves: Sequence[tuple[float, float]]) -> float:
+    """Half the width of an interval, with what other fits move it beyond chance.
+
+    Args:
+        moves: of each other fit the change of the estimate, and half the width of its own interval.
+    """
+    added = max((change**2 - by_chance(width, other) ** 2 for change, other in moves), default=0.0)
+    return float(np.sqrt(width**2 + max(added, 0.0)))
 
 
 def _widths(found: Fit) -> list[float]:
