@@ -54,22 +54,24 @@ def predictor(
     step = step_of(sample, 0.25 * fast)
     horizon = max(duration(runs, axes[0]) / windows, 20.0 * sample)
     structure = replace(plain.structure, predictor=True)
-    best = _fitted(structure, plain, runs, step, horizon, sample)
+    best = _ended(_begun(structure, plain, runs, step, horizon, sample))
     reliability = dict.fromkeys(structure.driven, 1.0)
     for axis in structure.driven:
         name = effort_of(axis)
         if not _is_noisy(runs, name):
             continue
         before = list(best.problem.windows.runs)
-        for ratio in WALKS:
-            smoothed, share = _smoothed(before, name, ratio)
-            found = _fitted(best.structure, plain, smoothed, step, horizon, sample, (best.structure.ways[axis],))
-            if found.value < best.value - 10.0:  # the samples as they are, unless others clearly predict better
-                best, reliability[axis] = found, share
+        smoothed = [_smoothed(before, name, ratio) for ratio in WALKS]
+        way = (best.structure.ways[axis],)
+        trials = [_begun(best.structure, plain, acting, step, horizon, sample, way) for acting, _ in smoothed]
+        which = int(np.argmin([each.value for each in trials]))
+        found, share = _ended(trials[which]), smoothed[which][1]
+        if found.value < best.value - 10.0:  # the samples as they are, unless others clearly predict better
+            best, reliability[axis] = found, share
     return Predictor(whitened(whitened(best, lags), lags), reliability)
 
 
-def _fitted(
+def _begun(
     structure: Structure,
     plain: Fit,
     runs: Sequence[Streams],
@@ -78,7 +80,10 @@ def _fitted(
     sample: float,
     ways: Sequence[str] = WAYS,
 ) -> Fit:
-    """The best of the predictors from all starts and ways: in closed loop the plain model has those of a controller."""
+    """The best of the predictors from all starts and ways after a few rounds.
+
+    In closed loop the plain model has those of a controller.
+    """
     shifts = {name: 0.0 for name in structure.names if name.startswith("shift")}
     found = []
     for way in ways:
@@ -90,8 +95,12 @@ def _fitted(
     reached = min(found, key=lambda each: each.value).theta
     gains = {name: reached[name] for name in reached if name.startswith(("gain", "drift"))}
     found.append(fit(structure, {**plain.theta, **gains}, problem, rounds=4))
-    best = min(found, key=lambda each: each.value)
-    return fit(best.structure, best.theta, best.problem, best.starts)
+    return min(found, key=lambda each: each.value)
+
+
+def _ended(begun: Fit) -> Fit:
+    """The fit, gone on with to its end."""
+    return fit(begun.structure, begun.theta, begun.problem, begun.starts)
 
 
 def _is_noisy(runs: Sequence[Streams], name: str) -> bool:
