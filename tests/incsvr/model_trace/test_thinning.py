@@ -13,11 +13,10 @@ from incsvr.numerics import Array
 
 def recordings(seconds: float, rate: float) -> Recordings:
     """A yaw rate that wanders within seconds, under a torque of 10 Hz."""
-    time: Array = np.arange(0.0, seconds, 1.0 / rate, dtype=np.float64)
-    yaw = np.interp(
-        time, np.arange(0.0, seconds + 4.0, 4.0), np.random.default_rng(1).normal(size=int(seconds / 4) + 1)
-    )
-    torque: Array = np.arange(0.0, seconds, 0.1, dtype=np.float64)
+    time: Array = np.asarray(np.arange(0.0, seconds, 1.0 / rate))
+    knots = np.random.default_rng(1).normal(size=int(seconds / 4) + 1)
+    yaw: Array = np.asarray(np.interp(time, np.arange(0.0, seconds + 4.0, 4.0), knots))
+    torque: Array = np.asarray(np.arange(0.0, seconds, 0.1))
     run = {"yaw_rate": (time, yaw), "torque": (torque, np.sin(torque)), "time": (time, time)}
     return Recordings("yaw_rate", (run,), 0.0, True, ("time",))
 
