@@ -96,7 +96,8 @@ def take(
     for name, source in inputs.sources.items():
         stream = call.stream(name, source, source.topic, source.field, source.factor)
         if stream.t.size:
-            found[name] = stream if name == RATE else stream.rows(~np.isnan(stream.t))
+            unplaced = np.isnan(stream.t)
+            found[name] = stream.rows(~unplaced) if name != RATE and unplaced.any() else stream
     if inputs.torque is not None and TORQUE in found:
         rising = found[TORQUE].rows(np.argsort(found[TORQUE].t, kind="stable"))
         call.move(rising, [rising.value], 0.0, [(inputs.torque.topic, inputs.torque.field)])
@@ -200,7 +201,8 @@ class _Call:
                 self.state = replace(self.state, clock=clock)
             self._placed[topic, source.stamp] = time, own
         time, self.own[name, topic] = self._placed[topic, source.stamp]
-        return Mapped(time, table.columns[path] * factor, order)
+        values = table.columns[path]
+        return Mapped(time, values if factor == 1.0 else values * factor, order)
 
     def move(self, rows: Mapped, commands: Sequence[Array], least: float, places: Sequence[FieldPlace]) -> None:
         """Looks at commands (n,) at these rows: how far they have gone, and when they first move."""
