@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solve_toeplitz, solveh_banded
 
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
@@ -21,6 +20,7 @@ from incsvr.model.series import duration, effort_of, noise, period, values
 from incsvr.model.structure import Structure
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, robust_deviation
+from incsvr.numerics.lapack import tridiagonal
 
 STARTS = ((0.3, 0.02), (0.9, 0.3))
 """Gains of a sample on the velocity and on the disturbance, per sample, of a noisy sensor and in rough water."""
@@ -152,7 +152,8 @@ def _autoregression(found: Fit, axis: int, lags: int) -> Array:
     window = windows.window[own]
     products = [np.sum((error[k:] * error[: error.size - k])[window[k:] == window[: window.size - k]])
                 for k in range(lags + 1)]  # fmt: skip
-    return np.asarray(solve_toeplitz(np.array(products[:-1]), np.array(products[1:])))
+    apart = np.abs(np.subtract.outer(np.arange(lags), np.arange(lags)))
+    return np.asarray(np.linalg.solve(np.array(products)[apart], products[1:]))
 
 
 def _smoothed(runs: Sequence[Streams], name: str, ratio: float) -> tuple[list[Streams], float]:
@@ -182,10 +183,8 @@ def _level(value: Array, noise: float, walk: float, rounds: int = 15) -> Array:
     for _ in range(rounds):
         of_value = 5.0 / (4.0 + ((value - level) / noise) ** 2) / noise**2
         of_change = 5.0 / (4.0 + (np.diff(level) / walk) ** 2) / walk**2
-        banded = np.zeros((2, value.size))
-        banded[1] = of_value
-        banded[1, :-1] += of_change
-        banded[1, 1:] += of_change
-        banded[0, 1:] = -of_change
-        level = solveh_banded(banded, of_value * value)
+        diagonal = of_value.copy()
+        diagonal[:-1] += of_change
+        diagonal[1:] += of_change
+        level = tridiagonal(diagonal, -of_change, of_value * value)
     return np.asarray(level)
