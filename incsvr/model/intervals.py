@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -60,12 +61,13 @@ def intervals(found: Fit, others: Sequence[Fit] = ()) -> dict[str, Interval]:
     """The interval of every parameter; what other fits move more than chance would move them widens it.
 
     Of two fits to the same motion the difference varies as their variances differ (J. A. Hausman, Specification Tests
-    in Econometrics, Econometrica 46, 1978): what another fit hardly determines does not widen what this one does.
+    in Econometrics, Econometrica 46, 1978): what another fit hardly determines does not widen what this one does. On an
+    axis whose inertia it knows within no factor it explains the motion by its disturbance, so it says nothing there.
 
     Args:
         others: the fit to every second sample; the predictor, which shows motion that the simulation does not contain.
     """
-    result, of_others = {}, [dict(zip(each.names, _widths(each), strict=True)) for each in others]
+    result, of_others = {}, [_known(each) for each in others]
     for name, width in zip(found.names, _widths(found), strict=True):
         at, moved, added = found.theta[name], 0.0, 0.0
         for each, widths in zip(others, of_others, strict=True):
@@ -78,6 +80,13 @@ def intervals(found: Fit, others: Sequence[Fit] = ()) -> dict[str, Interval]:
         value, low, high = (np.exp(ends) if is_logarithm(name) else ends).tolist()
         result[name] = Interval(value, low, high, moved)
     return result
+
+
+def _known(found: Fit, sure: float = 0.5) -> dict[str, float]:  # half a logarithm: no wider than its value
+    """The half widths of a fit's parameters, without the axes whose inertia it does not determine."""
+    widths = dict(zip(found.names, _widths(found), strict=True))
+    lost = {axis for axis in found.structure.axes if widths.get(f"mass:{axis}", 0.0) > sure}
+    return {name: width for name, width in widths.items() if re.split("[:@]", name)[-1] not in lost}
 
 
 def _widths(found: Fit) -> list[float]:
