@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -59,10 +60,13 @@ def halved(found: Fit) -> Fit:
 def intervals(found: Fit, others: Sequence[Fit] = ()) -> dict[str, Interval]:
     """The interval of every parameter; what other fits move more than chance would move them widens it.
 
+    On an axis whose inertia another fit knows within no factor, that fit explains the motion by its disturbance, so it
+    says nothing there.
+
     Args:
         others: the fit to every second sample; the predictor, which shows motion that the simulation does not contain.
     """
-    result, of_others = {}, [dict(zip(each.names, _widths(each), strict=True)) for each in others]
+    result, of_others = {}, [_known(each) for each in others]
     for name, width in zip(found.names, _widths(found), strict=True):
         at = found.theta[name]
         moves = [
@@ -95,6 +99,13 @@ def widened(width: float, moves: Sequence[tuple[float, float]]) -> float:
     """
     added = max((change**2 - by_chance(width, other) ** 2 for change, other in moves), default=0.0)
     return float(np.sqrt(width**2 + max(added, 0.0)))
+
+
+def _known(found: Fit, sure: float = 0.5) -> dict[str, float]:  # half a logarithm: no wider than its value
+    """The half widths of a fit's parameters, without the axes whose inertia it does not determine."""
+    widths = dict(zip(found.names, _widths(found), strict=True))
+    lost = {axis for axis in found.structure.axes if widths.get(f"mass:{axis}", 0.0) > sure}
+    return {name: width for name, width in widths.items() if re.split("[:@]", name)[-1] not in lost}
 
 
 def _widths(found: Fit) -> list[float]:
