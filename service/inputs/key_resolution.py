@@ -86,7 +86,7 @@ def resolve(
 
     by_key = renamed(inputs, places)
     for key, each in heard.items():
-        read = [place for place in by_key.places() if place.topic == key]
+        read = [place for place in by_key.places() if place.topic == key and place.name != "armed"]
         each.numbers = tuple(dict.fromkeys(place.field for place in read))
         each.stamps = tuple(dict.fromkeys(place.stamp for place in read if place.stamp != ARRIVAL))
     missing = {name: _cure_on_bus(name) if name in proposal.unseen else cure for name, cure in proposal.missing.items()}
