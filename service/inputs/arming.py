@@ -46,7 +46,7 @@ def says_something(settings: Armed, values: Array) -> NDArray[np.bool_]:
     return np.asarray((values == settings.equals) | (values == settings.disarmed))
 
 
-def said(settings: Armed, value: float) -> bool | None:
+def armed_by(settings: Armed, value: float) -> bool | None:
     """Whether a value of the field says that the thrusters may turn; None where it says nothing."""
     given = np.array([value])
     return bool(says_armed(settings, given)[0]) if says_something(settings, given)[0] else None

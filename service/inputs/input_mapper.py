@@ -19,7 +19,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs import ardusub_frames, bus_keys, owners, vehicles
 from service.inputs.ardusub_frames import VehicleParameters
-from service.inputs.arming import MAX_WHOLE_NUMBER, Arming, said
+from service.inputs.arming import MAX_WHOLE_NUMBER, Arming, armed_by
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
 from service.inputs.key_resolution import named_topics, resolve, with_settled_sources
@@ -246,7 +246,7 @@ class InputMapper:
         value = number(message, settings.field)
         if value is None or not abs(value) < MAX_WHOLE_NUMBER:
             self.refused["no_field"] += 1
-        elif (armed := said(settings, value)) is not None:
+        elif (armed := armed_by(settings, value)) is not None:
             if armed is not self._arming.armed:
                 self._map()
             self._arming.take(armed)
