@@ -128,7 +128,7 @@ class Arrivals:
         found = announced_type(token)
         if found is not None and found[1] in LISTENED_TYPES and found[0] not in self._hearing.types:
             key, kind = found
-            self._hearing.announce(key, kind)
+            self._hearing.types[key] = kind
             self.subscribe(key)
 
 

@@ -46,6 +46,12 @@ def says_something(settings: Armed, values: Array) -> NDArray[np.bool_]:
     return np.asarray((values == settings.equals) | (values == settings.disarmed))
 
 
+def armed_by(settings: Armed, value: float) -> bool | None:
+    """Whether a value of the field says that the thrusters may turn; None where it says nothing."""
+    given = np.array([value])
+    return bool(says_armed(settings, given)[0]) if says_something(settings, given)[0] else None
+
+
 def is_within(time: Array, wanted: Spans) -> NDArray[np.bool_]:
     """Selects the instants (n,) [s] within the spans."""
     inside = np.zeros(time.size, dtype=bool)
@@ -68,15 +74,9 @@ class Arming:
     by_movement: bool = False
     _has_spoken: bool = False
 
-    def take(self, settings: Armed, values: Array) -> list[bool | None]:
-        """Takes what messages say (n,); whether the vehicle is armed after each."""
-        known = says_something(settings, values) & (np.abs(values) < MAX_WHOLE_NUMBER)
-        found: list[bool | None] = []
-        for speaks, on in zip(known.tolist(), says_armed(settings, values).tolist(), strict=True):
-            if speaks:
-                self.armed, self.by_movement, self._has_spoken = on, False, True
-            found.append(self.armed)
-        return found
+    def take(self, armed: bool) -> None:
+        """Takes what a message says."""
+        self.armed, self.by_movement, self._has_spoken = armed, False, True
 
     def moved(self, settings: Armed | None) -> None:
         """The outputs of the vehicle move."""

@@ -14,13 +14,12 @@ from math import nan
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs import ardusub_frames, bus_keys, owners, vehicles
 from service.inputs.ardusub_frames import VehicleParameters
-from service.inputs.arming import Arming
+from service.inputs.arming import MAX_WHOLE_NUMBER, Arming, armed_by
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
 from service.inputs.key_resolution import named_topics, resolve, with_settled_sources
@@ -39,7 +38,7 @@ from service.inputs.outputs import without_pulse
 from service.inputs.senders import SenderWatch, sentence
 from service.inputs.settings import ARRIVAL, Armed, Axis, Inputs, Source
 from service.inputs.source_binding import SourceBinding, numbers
-from service.inputs.table import MESSAGE, Table, Topic, leaves
+from service.inputs.table import Table, Topic, leaves
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import FRACTION
 from service.inputs.values import Values
@@ -127,11 +126,6 @@ class InputMapper:
         return self._vehicles.chosen
 
     @property
-    def told_parameters(self) -> dict[str, float]:
-        """Parameters that the vehicle told, and that have to do with its thrusters."""
-        return self._parameters.of(self.system)
-
-    @property
     def parameters_by_system(self) -> dict[str, dict[str, float]]:
         """The parameters that each vehicle sent, as the next process takes them."""
         return {system: dict(told) for system, told in self._parameters.by_system.items()}
@@ -139,7 +133,7 @@ class InputMapper:
     @property
     def parameters(self) -> dict[str, float]:
         """The vehicle's parameters: a received value overrides the configuration's."""
-        return {**self._configured.parameters, **self.told_parameters}
+        return {**self._configured.parameters, **self._parameters.of(self.system)}
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -155,18 +149,9 @@ class InputMapper:
         return False if events and self._arming.armed is None else self._arming.armed
 
     @property
-    def may_learn(self) -> bool:
-        """Whether the thrusters may turn, as far as anything says so."""
-        return self._resolved.armed is None or self.armed is True
-
-    @property
     def why_not(self) -> str | None:
         """The reason why measurements are not learned from; None if they are."""
         return None if self._resolved.armed is None else self._arming.why_not(self._resolved.armed)
-
-    def announce(self, key: str, kind: str) -> None:
-        """A bridge says that messages of this type come on a key."""
-        self.types[key] = kind
 
     def take(self, messages: Iterable[Message]) -> dict[str, Values]:
         """The values of messages in the order in which they arrived, by stream."""
@@ -209,6 +194,9 @@ class InputMapper:
             self._vehicles.meet(vehicles.vehicles_with_yaw_rate(named_topics(self.bindings)))
             self._resolve()
         self._look_at_vehicle(name, binding)
+        armed = self._resolved.by_key.armed
+        if armed is not None and armed.topic == name:
+            self._arm(armed, message)
         self._wait(name, binding, arrival, sequence)
 
     def _wait(self, name: str, binding: SourceBinding, arrival: float, sequence: int | None) -> None:
@@ -236,43 +224,32 @@ class InputMapper:
             self.numbers += [(stream, sequence) for stream, source in sources if source.topic == name]
 
     def _map(self) -> None:
-        """Maps the messages that wait."""
+        """Maps the messages that wait, of which all came while the vehicle was armed, or none."""
         tables = {key: table for key, binding in self.bindings.items() if (table := binding.table()) is not None}
         if not tables:
             return
         inputs, moved = self._resolved.by_key, self._state.moved
-        self._state, streams, placed = take(inputs, self._state, tables, further=self._further)
-        changes, states = self._armed_in(tables, None if moved is not None else self._state.moved)
+        learnable_from = -np.inf if self.why_not is None else np.inf
+        self._state, streams, own = take(inputs, self._state, tables, further=self._further)
+        if moved is None and self._state.moved is not None:
+            self._arming.moved(self._resolved.armed)
+            learnable_from = min(learnable_from, self._state.moved[1] if self.why_not is None else np.inf)
         for name, each in streams.items():
             if name in (RATE, TORQUE) and getattr(inputs, name) is not None:
                 self._senders.add(name, each.t, each.value)
             if each.t.size:
-                may = states[np.searchsorted(changes, each.order, side="right")]
-                self._came.setdefault(name, []).append(Values(name, each.t, each.value, may))
-        self.placed |= {name: own for (name, _), own in placed.items()}
+                self._came.setdefault(name, []).append(Values(name, each.t, each.value, each.order >= learnable_from))
+        self.placed |= {name: is_own for (name, _), is_own in own.items()}
 
-    def _armed_in(
-        self, tables: Mapping[str, Table], moved: tuple[float, float] | None
-    ) -> tuple[Array, NDArray[np.bool_]]:
-        """The messages (m,) that say whether the thrusters may turn, or show it, and whether they may (m + 1,): before
-        the first of them, and after each.
-
-        Args:
-            moved: where the outputs first moved, if that is among these messages.
-        """
-        settings, by_key = self._resolved.armed, self._resolved.by_key.armed
-        if settings is None:
-            return np.empty(0), np.ones(1, dtype=bool)
-        table = None if by_key is None else tables.get(by_key.topic)
-        order, values = [], np.empty(0)
-        if by_key is not None and table is not None and by_key.field in table.columns:
-            order, values = table.columns[MESSAGE].tolist(), table.columns[by_key.field]
-        states = [self._arming.armed]
-        if moved is not None and not (order and order[0] < moved[1]):
-            self._arming.moved(settings)
-            order, states = [moved[1], *order], [*states, self._arming.armed]
-        states += [] if by_key is None else self._arming.take(by_key, values)
-        return np.array(order), np.array([state is True for state in states])
+    def _arm(self, settings: Armed, message: Any) -> None:
+        """Takes what a message says of the armed state; those that wait are mapped before it changes."""
+        value = number(message, settings.field)
+        if value is None or not abs(value) < MAX_WHOLE_NUMBER:
+            self.refused["no_field"] += 1
+        elif (armed := armed_by(settings, value)) is not None:
+            if armed is not self._arming.armed:
+                self._map()
+            self._arming.take(armed)
 
     def _look_at_vehicle(self, name: str, binding: SourceBinding) -> None:
         """Reads a message's parameters of its vehicle, and decides whether this vehicle is the one that is used."""
@@ -359,10 +336,10 @@ class InputMapper:
             values, _ = real_values(source, by_key, {source.topic: table})
             latest |= {(source.topic, source.field): float(values[-1])} if values.size else {}
         self._state = replace(self._state, latest={**latest, **self._state.latest})
-        if by_key.armed is not None and self._arming.armed is None:
-            self._arming.take(by_key.armed, self._newest(by_key.armed))
+        if by_key.armed is not None and self._arming.armed is None and by_key.armed.topic in self.bindings:
+            self._arm(by_key.armed, self.bindings[by_key.armed.topic].message)
 
-    def _newest(self, source: Source | Armed) -> Array:
+    def _newest(self, source: Source) -> Array:
         """The numbers of a source in the newest message of its key."""
         binding = self.bindings.get(source.topic)
         found = None if binding is None else numbers(binding.message, source.field)

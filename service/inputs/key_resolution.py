@@ -15,7 +15,7 @@ from service.inputs import bus_keys, self_description
 from service.inputs.forms.cdr import has_header
 from service.inputs.live_clock import RATE
 from service.inputs.mapper import TORQUE
-from service.inputs.naming import renamed
+from service.inputs.naming import inside, renamed
 from service.inputs.owners import system_of
 from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.presets.ros import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
@@ -86,7 +86,7 @@ def resolve(
 
     by_key = renamed(inputs, places)
     for key, each in heard.items():
-        read = [place for place in by_key.places() if place.topic == key]
+        read = [place for place in by_key.places() if place.topic == key and place.name != "armed"]
         each.numbers = tuple(dict.fromkeys(place.field for place in read))
         each.stamps = tuple(dict.fromkeys(place.stamp for place in read if place.stamp != ARRIVAL))
     missing = {name: _cure_on_bus(name) if name in proposal.unseen else cure for name, cure in proposal.missing.items()}
@@ -127,8 +127,7 @@ def key_of(topic: str, known: Mapping[str, SourceBinding], preset: str | None) -
 def _path(binding: SourceBinding, name: str, path: str) -> str:
     """The path of a number: as configured, within MAVLink's `message`, or the form's own."""
     if path:
-        inside = f"message.{path}"
-        return inside if path not in binding.fields and inside in binding.fields else path
+        return inside(path, binding.fields)
     if binding.type in ("keelson", "incsvr"):
         return "value"
     usual = {RATE: RATE_PATHS, TORQUE: TORQUE_PATHS}.get(name, {}).get(binding.type)

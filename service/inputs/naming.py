@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 from service.inputs.settings import Inputs, Thruster
@@ -10,6 +10,11 @@ from service.inputs.settings import Inputs, Thruster
 Places = Callable[[str, Any, str], dict[str, Any]]
 """What changes of a source (its `topic`, `field`, `stamp` or `stamp_unit`), by the name of its quantity, the source and
 the topic that it names."""
+
+
+def inside(path: str, fields: Collection[str]) -> str:
+    """A path where it stands in a message with these fields: in JSON those of MAVLink are within `message`."""
+    return f"message.{path}" if path and path not in fields and f"message.{path}" in fields else path
 
 
 def renamed(inputs: Inputs, places: Places) -> Inputs:

@@ -17,7 +17,7 @@ from service.inputs import self_description
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import ColumnSpec, parse_columns, split_file
 from service.inputs.measured_streams import MeasuredStreams, measure
-from service.inputs.naming import renamed
+from service.inputs.naming import inside, renamed
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.presets.columns import time_column
@@ -41,20 +41,14 @@ def with_log_names(inputs: Inputs, topics: Sequence[Topic]) -> Inputs:
     """
     by_message = {message: topic for topic in topics if (message := autopilot_message(topic)) is not None}
     known = {**{topic.name: topic for topic in topics}, **by_message}
-    return renamed(inputs, lambda _, source, topic: _place_in_log(source, topic, known))
 
+    def places(name: str, source: Any, topic: str) -> dict[str, Any]:
+        if topic not in known:
+            return {}
+        paths = {each: inside(getattr(source, each, ""), known[topic].fields) for each in ("field", "stamp")}
+        return {"topic": known[topic].name, **paths}
 
-def _place_in_log(named: Any, name: str, known: Mapping[str, Topic]) -> dict[str, str]:
-    """The topic and those of the paths that stand elsewhere in its messages: in JSON they are within `message`."""
-    if name not in known:
-        return {}
-    topic = known[name]
-    found = {"topic": topic.name}
-    for attribute in ("field", "stamp"):
-        path = getattr(named, attribute, "")
-        if path and path not in topic.fields and f"message.{path}" in topic.fields:
-            found[attribute] = f"message.{path}"
-    return found
+    return renamed(inputs, places)
 
 
 MAX_STEP_S = 2.0

@@ -90,7 +90,7 @@ def test_what_the_vehicle_tells_goes_before_the_configuration_and_alone_is_kept(
     hearing = mapping(preset="blueos", parameters={"FRAME_CONFIG": 1.0, "MOT_1_DIRECTION": 1.0})
     hear(hearing, "mavlink/1/1/PARAM_VALUE", 0.0, message={"param_id": "FRAME_CONFIG", "param_value": 2.0})
     assert hearing.parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": 1.0}
-    assert hearing.told_parameters == {"FRAME_CONFIG": 2.0}
+    assert hearing.parameters_by_system == {"1": {"FRAME_CONFIG": 2.0}}
     corrected = Inputs.model_validate({"preset": "blueos", "parameters": {"MOT_1_DIRECTION": -1.0}})
     assert InputMapper(corrected, hearing.parameters_by_system).parameters == {
         "FRAME_CONFIG": 2.0,
