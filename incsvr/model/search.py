@@ -127,7 +127,8 @@ def _best(
     every = [
         each
         for each in candidates(found.structure, found.theta, effects, found.problem.windows)
-        if each.name not in refused and not (scales_thrust(each.name) and _is_noise(base, each.name))
+        if each.name not in refused
+        and not (scales_thrust(each.name) and is_noise(base.reliability, each.name.partition("@")[2]))
     ]
     beside.clear()
     if not every:
@@ -205,10 +206,9 @@ def convincing(weighed: Iterable[tuple[Candidate, Evidence]], enough: float = 12
     return found
 
 
-def _is_noise(base: Predictor, name: str, least: float = 0.5) -> bool:
-    """Whether less than half of the variance of the effort that an effect changes is more than noise."""
-    axis = name.partition("@")[2]
-    return base.reliability.get(axis, 1.0) < least
+def is_noise(reliability: Mapping[str, float], axis: str, least: float = 0.5) -> bool:
+    """Whether less than half of the variance of an axis's effort is more than noise."""
+    return reliability.get(axis, 1.0) < least
 
 
 def drives(found: Fit) -> str:

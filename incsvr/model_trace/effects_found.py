@@ -13,11 +13,11 @@ from incsvr.model.fitting import Fit, fit
 from incsvr.model.identification import Identification
 from incsvr.model.intervals import halved
 from incsvr.model.rows import Row
-from incsvr.model.search import Added
+from incsvr.model.search import Added, is_noise
 from incsvr.model.series import effort_of, period
 from incsvr.model_trace.answering import Loop
 from incsvr.model_trace.findings import Finding
-from incsvr.model_trace.parameters import has_size, parameters_of
+from incsvr.model_trace.parameters import parameters_of
 from incsvr.model_trace.proof import EFFECTS, PLAIN
 from incsvr.model_trace.recordings import Recordings
 from incsvr.model_trace.sentences import AHEAD, LABELS
@@ -29,8 +29,6 @@ from incsvr.plant.words import AxisWords, words_of
 
 ROUND_NUMBERS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """Commands at which people read a thrust, in their decade."""
-FREE = ", free inertia"
-"""What the name of a simulator ends with whose inertia is free though it is declared."""
 CURVES = {"dead": "dead", "limit": "limit", "reverse": "reverse", "exponent": "exponent"}
 """Stages of the effort that are a curve of the command."""
 
@@ -70,68 +68,53 @@ class Traced:
         return period(self.recordings.streams, self.recordings.axis)
 
 
-def best_model(
-    traced: Traced,
-    least: float = 0.03,  # of the error of excluded free runs: a reader would not see less
-) -> tuple[str, list[Finding], list[Finding]]:
-    """The best of our own simulators on excluded recordings, its effects, and those whose size the recordings hide.
+def findings_of(traced: Traced) -> tuple[str, list[Finding]]:
+    """The simulator with what was found, by its name, and the effects in the order in which they were added.
 
-    A free inertia that the search did not add is one in open loop alone, where a simulation with it is clearly better
-    and the predictor agrees that it is another than the declared.
+    Their sizes are those of the simulator, in closed loop of the predictor.
     """
-    found = traced.found
-    errors = {name: float(each[0]) for name, each in found.excluded.items()}
-    names = [PLAIN, *([EFFECTS] if found.found.added else [])]
-    free = [] if traced.closed else [f"{name}{FREE}" for name in names if f"{name}{FREE}" in found.models]
-    needed = {name: errors[name] for name in names} | {name: errors[name] / (1.0 - least) for name in free}
-    for name in sorted(names + free, key=needed.__getitem__):
-        predictor = _freed(traced, name) if name in free else found.found.fit
-        of_inertia = found.models[name.removesuffix(FREE)].value - found.models[name].value
-        added = findings_of(traced, name, predictor, of_inertia)
-        sized = [each for each in added if has_size(each.interval, traced.inertia, traced.sample)]
-        unsure = [each for each in added if each not in sized]
-        inertia = _inertia(traced, name, predictor, of_inertia) if name in free else []
-        if (sized or not name.startswith(EFFECTS)) and (inertia or name not in free):
-            return name, sized + inertia, unsure
-    raise AssertionError("the plain model is always one")
-
-
-def _freed(traced: Traced, name: str) -> Fit:
-    """The predictor with a free inertia, from that of a simulator."""
-    axis, predictor = traced.recordings.axis, traced.found.found.fit
-    start = {f"mass:{axis}": traced.found.models[name].theta[f"mass:{axis}"], **predictor.theta}
-    return fit(predictor.structure.plus(free=[axis]), start, predictor.problem, predictor.starts)
-
-
-def _inertia(traced: Traced, name: str, predictor: Fit, gain: float) -> list[Finding]:
-    """The free inertia of a simulator as an effect, where it is surely another than the declared one."""
-    found, model = traced.found, traced.found.models[name]
-    effect, others = f"inertia@{traced.recordings.axis}", [halved(model), predictor]
-    ((parameters, spans),) = parameters_of(model, [effect], traced.inertia, traced.recordings.begin, others)
-    if not has_size(spans, traced.inertia, traced.sample):
-        return []
-    beside = sum(each.gain for each in found.found.added) if name.startswith(EFFECTS) else 0.0
-    p, share = p_value(2.0 * gain, 1, len(found.effects)), gain / (gain + beside)
-    return [_finding(traced, effect, parameters, spans, p, share, ())]
-
-
-def findings_of(traced: Traced, name: str, predictor: Fit, beside: float) -> list[Finding]:
-    """The effects in the order in which they were added: by a simulator that has them, in closed loop by the
-    predictor; `beside` is the gain of a free inertia."""
-    found, recordings = traced.found, traced.recordings
-    added = found.found.added
-    if not added:
-        return []
-    source = predictor if traced.closed else found.models[name if name.startswith(EFFECTS) else EFFECTS]
+    found, axis = traced.found, traced.recordings.axis
+    added, predictor = found.found.added, found.found.fit
+    name = EFFECTS if added else PLAIN
+    freed = None if traced.closed else _with_free_inertia(traced, name)
+    gains = {each.name: each.gain for each in added}
+    if freed is not None:
+        gains[f"inertia@{axis}"] = predictor.value - freed.value
+        name, predictor = f"{name}, free inertia", freed
+    if not gains:
+        return PLAIN, []
+    source = predictor if traced.closed else found.models[name]
     others = [halved(source)] if traced.closed else [halved(source), predictor]
-    every = parameters_of(source, [each.name for each in added], traced.inertia, recordings.begin, others)
-    total = beside + sum(each.gain for each in added)
-    findings = []
-    for one, (parameters, spans) in zip(added, every, strict=True):
-        alike = [other for other in one.alike if not _contains(found.effects, other, one)]
-        p = p_value(2.0 * one.gain, len(one.candidate.start), len(found.effects))
-        findings.append(_finding(traced, one.name, parameters, spans, p, one.gain / total, alike))
-    return findings
+    every = parameters_of(source, list(gains), traced.inertia, traced.recordings.begin, others)
+    total = sum(gains.values())
+    alike = {each.name: [one for one in each.alike if not _contains(found.effects, one, each)] for each in added}
+    counts = {each.name: len(each.candidate.start) for each in added}
+    return name, [
+        _finding(
+            traced, one, parameters, spans, p_value(2.0 * gain, counts.get(one, 1), len(found.effects)),
+            gain / total, alike.get(one, ()),
+        )
+        for (one, gain), (parameters, spans) in zip(gains.items(), every, strict=True)
+    ]  # fmt: skip
+
+
+def _with_free_inertia(
+    traced: Traced,
+    name: str,
+    least: float = 0.03,  # of the error of excluded free runs: a reader would not see less
+    clear: float = 6.0,  # of the logarithm of the predictor's likelihood: 1 of 2000 by chance
+) -> Fit | None:
+    """The predictor with a free inertia, where that is an effect which the search did not add: in open loop, where the
+    simulator with it is clearly better on excluded recordings, and the predictor is better with it."""
+    found, axis = traced.found, traced.recordings.axis
+    free = f"{name}, free inertia"
+    errors = {each: float(excluded[0]) for each, excluded in found.excluded.items()}
+    if free not in found.models or is_noise(found.reliability, axis) or errors[free] > (1.0 - least) * errors[name]:
+        return None
+    mass, predictor = f"mass:{axis}", found.found.fit
+    start = {mass: found.models[free].theta[mass], **predictor.theta}
+    freed = fit(predictor.structure.plus(free=[axis]), start, predictor.problem, predictor.starts)
+    return freed if predictor.value - freed.value > clear else None
 
 
 def _finding(
