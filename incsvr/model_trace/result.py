@@ -20,6 +20,7 @@ from incsvr.model_trace.findings import Pictures, RejectedEffect, Trace, Unexpla
 from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
 from incsvr.model_trace.model import TracedModel
+from incsvr.model_trace.parameters import has_size
 from incsvr.model_trace.proof import EFFECTS, PLAIN, Proof, prove
 from incsvr.model_trace.recordings import Recordings, recordings_of
 from incsvr.model_trace.refusals import refuse_too_little_motion

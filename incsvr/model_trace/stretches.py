@@ -15,7 +15,7 @@ from incsvr.numerics import Stream, Streams
 
 def bounded(
     recordings: Recordings,
-    most: int = 48_000,  # samples of the velocity: sixteen minutes at 50 Hz
+    most: int = 24_000,  # samples of the velocity: eight minutes at 50 Hz, ten seconds of a core
     stretch: float = 12.0,  # time scales of the motion that a stretch lasts at least: several windows of a fit
 ) -> tuple[Recordings, float]:
     """Recordings of at most so many samples, in stretches spread evenly, and the share of time that remains."""
