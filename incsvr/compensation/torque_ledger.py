@@ -86,9 +86,6 @@ class TorqueLedger:
             left = left - parts[name]
         return TorqueSplit(torque, left, parts | others)
 
-    def forget(self, before: float) -> None:
-        """Keeps nothing of single instants."""
-
     def to_dict(self) -> dict[str, Any]:
         """The whole state as plain data; `restore` goes on from it."""
         return {"turns": self._turns}

@@ -146,7 +146,8 @@ def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> d
         scale = motion_scale(runs, axis)
         beat = period(runs, axis)
         rows.append(catalogue.memory(axis, tuple(max(times * scale, 2.0 * beat) for times in (0.5, 1.0, 6.0))))
-    return {row.key: (row,) for row in rows if mirrored(row)} | found
+    known = {row.key for row in catalogue.free_products(structure.axes)} if structure.tied else set()  # C(M) has them
+    return {row.key: (row,) for row in rows if mirrored(row) and row.key not in known} | found
 
 
 def identify(
@@ -189,11 +190,14 @@ def identify(
         effects |= catalogue.gyro_zero(axes[0], *(found.theta[f"{name}@{axes[0]}"] for name in ("linear", "quadratic")))
     effects = {name: rows for name, rows in effects.items() if name.partition("@")[0].partition(":")[0] not in leave}
     result = search(base, effects, most, say=say)
+    acting = base.fit.problem.windows.runs
+    if any(share < 1.0 for share in base.reliability.values()):  # the noise of an effort never acts
+        found = plain_fit(found.structure, acting)
     alone = base.fit
     if len(axes) == 1:
         found, alone, result = _with_uneven_damping(found, alone, result)
     models = _simulators(found, result)
-    excluded = excluded_free_runs(models, runs)
+    excluded = excluded_free_runs(models, acting)
     say(f"free runs of excluded recordings: {excluded}")
     return Identification(result, alone, effects, base.reliability, models, excluded)
 
@@ -273,6 +277,7 @@ def choose_coriolis(
     for label, other in rivals.items():
         reached = gain(base - left_out(other), plain.problem.windows)
         say(f"{label} in place of C(M): {reached}")
-        if reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value:
+        wins = reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value
+        if wins and not drives(other):
             best = other
     return plain, best

@@ -8,25 +8,23 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.model.scales import motion_scale
-from incsvr.model.series import duration, period
+from incsvr.model.series import duration, values
 from incsvr.model_trace.recordings import Recordings
 from incsvr.numerics import Stream, Streams
 
 
 def bounded(
     recordings: Recordings,
-    most: int = 16_000,  # samples that the engine reads: five minutes of a small vehicle at 50 Hz
-    apart: float = 0.02,  # of a time scale of the motion: samples that are closer the engine merges or leaves out
+    most: int = 24_000,  # samples of the velocity: eight minutes at 50 Hz, ten seconds of a core
     stretch: float = 12.0,  # time scales of the motion that a stretch lasts at least: several windows of a fit
 ) -> tuple[Recordings, float]:
-    """Recordings that make at most so many samples, in stretches spread evenly, and the share of time that remains."""
+    """Recordings of at most so many samples, in stretches spread evenly, and the share of time that remains."""
     axis, runs = recordings.axis, recordings.streams
-    scale, whole = motion_scale(runs, axis), duration(runs, axis)
-    count = whole / max(period(runs, axis), apart * scale)
+    count, whole = values(runs, axis).size, duration(runs, axis)
     if count <= most:
         return recordings, 1.0
     share = most / count
-    long = max(stretch * scale, share * whole / 24.0)
+    long = max(stretch * motion_scale(runs, axis), share * whole / 24.0)
     found = [part for run in runs for part in _stretches(run, axis, share, long)]
     return replace(recordings, streams=tuple(found)), duration(found, axis) / whole
 

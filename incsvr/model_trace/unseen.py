@@ -12,7 +12,7 @@ from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
 from incsvr.model.left_out import fold_parameters, folds, left_out_errors
 from incsvr.model.scales import motion_scale
-from incsvr.model.series import duration, period, thinned
+from incsvr.model.series import duration, period
 from incsvr.model.simulation import predict
 from incsvr.model.structure import Structure
 from incsvr.model.windows import Windows, cut
@@ -97,9 +97,7 @@ class Judge:
         structure, problem = predictor.structure, predictor.problem
         windows = problem.windows
         if not self.excluded:
-            every = period(windows.runs, self.recordings.axis)
-            runs = [thinned(run, structure.axes, every) for run in self.recordings.streams]
-            windows = cut(runs, structure, windows.step, windows.step * windows.steps)
+            windows = cut(self.recordings.streams, structure, windows.step, windows.step * windows.steps)
         if keeps:
             before = np.concatenate([[0.0], windows.measured[:-1]])
             first = np.concatenate([[True], np.diff(windows.window) > 0])
@@ -111,9 +109,8 @@ class Judge:
             errors = replace(problem, windows=windows).errors(
                 predict(structure, point, windows, windows.starts[:, None])
             )[:, 0]
-        every = period(windows.runs, self.recordings.axis)
-        size = max(round(self.block / every), 1)
-        torque = structure.inertia(predictor.theta, self.recordings.axis) / every * errors
+        size = max(round(self.block / self.sample), 1)
+        torque = structure.inertia(predictor.theta, self.recordings.axis) / self.sample * errors
         run = windows.run[windows.window]
         return tuple(means(torque[run == k], size) for k in np.unique(run))
 

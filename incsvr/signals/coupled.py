@@ -53,9 +53,6 @@ class BodyTorque:
         """Itself."""
         return self
 
-    def forget(self, before: float) -> None:
-        """Remembers nothing."""
-
     def to_dict(self) -> None:
         """Nothing: a body has no state."""
 

@@ -256,6 +256,4 @@ class Synchroniser:
                 needed = min(needed - JUMP_S, stream.settled)
             stream.forget(needed)
             stream.seen = (end - 1) * period + reach
-        if takes is not None:
-            takes.forget(end * period - widest)
         return Samples.concatenate(parts)

@@ -56,9 +56,6 @@ class TakesTorque(Protocol):
     def anew(self) -> TakesTorque:
         """A taker that has seen nothing, for clocks that began anew."""
 
-    def forget(self, before: float) -> None:
-        """Drops what it remembers of the time before this [s]."""
-
     def to_dict(self) -> dict[str, Any] | None:
         """The whole state as plain data; None where it has none. `restore` goes on from it."""
 

@@ -47,6 +47,12 @@ class TracedEffects:
         values = json.dumps(self.compensation.model.to_dict()["effects"])
         return f"{', '.join(self.compensation.names) or 'nothing'} ({zlib.crc32(values.encode()):08x})"
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The effects in force that are named by findings; all where nothing says which."""
+        found = {finding["effect"] for finding in self.findings}
+        return tuple(name for name in self.compensation.names if name in found) or self.compensation.names
+
 
 def configured_effects(config: Config) -> TracedEffects | None:
     """The effects that a learner is configured with; BadInput where they are not usable."""
@@ -135,7 +141,7 @@ def effects_from_trace(
 
 
 def _why(name: str, named: Collection[str]) -> str:
-    return "traced" if name in named else "how the streams are aligned"
+    return "traced" if name in named else "fitted beside the effects found"
 
 
 def _trace(path: Path) -> Mapping[str, Any]:

@@ -155,7 +155,7 @@ class LiveTracing:
         Raises:
             BadInput: there is no such effect to promote or to withdraw; the sentence names those that are.
         """
-        before, now = self.state, () if self.effects is None else self.effects.compensation.names
+        before, now = self.state, () if self.effects is None else self.effects.names
         newest = node.served.t or 0.0
         promotable = ledger.promotable(self.state, self._names)
         if verb == "promote":
@@ -185,7 +185,7 @@ class LiveTracing:
         tried, newest = self.effects, node.served.t or self.state.unseen_from
         self._enter(instead)
         about = self.effects if tried is None else tried
-        names = () if about is None else about.compensation.names
+        names = () if about is None else about.names
         verdict = "to be withdrawn" if tried is None else "to be promoted"
         told = f"{verdict}, but the learner could not switch to it: {why}"
         self._note(node.served.revision, newest, "failed", told, *names)
@@ -217,7 +217,7 @@ class LiveTracing:
             self.state = self.state.after_trace(end.time, None)
             return
         newest, effects = end.time, self._effects(TraceContent.from_dict(found))
-        names = effects.compensation.names
+        names = effects.names
         usable = bool(effects.findings)
         known = self.state.proven is not None and set(self._names(self.state.proven))
         content = TraceContent(effects.findings, found["model"], found["loop"], found["since"], newest)
@@ -265,7 +265,7 @@ class LiveTracing:
         )
 
     def _names(self, content: TraceContent) -> tuple[str, ...]:
-        return self._effects(content).compensation.names
+        return self._effects(content).names
 
     def _note(
         self, revision: int, t: float, step: str, why: str, *about: str, content: TraceContent | None = None

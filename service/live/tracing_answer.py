@@ -11,7 +11,7 @@ from incsvr.compensation.fresh_data import as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from incsvr.learning.several_velocities.freeing import streams_by_itself
-from incsvr.model_trace.model import TracedModel
+from incsvr.model_trace.model import Effect, TracedModel
 from incsvr.model_trace.result import trace_if_found
 from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES
@@ -21,17 +21,19 @@ from incsvr.signals.coupled import decoupled_streams
 
 
 def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
-    """The result of a piece of work on one axis alone: the terms of its body, and the part of the learned damping that
-    further velocities add, are subtracted from the torque before.
+    """The result of a piece of work on one axis alone: the terms of its body are subtracted from the torque before.
+
+    What further velocities add to the learned damping a trace finds itself, beside its effects, because the surface was
+    learned without those; a comparison subtracts it.
 
     Raises:
         BadInput: the data cannot answer.
     """
     if "body" in job:
         streams, _ = decoupled_streams(Coupled.from_dict(job["body"]), streams, job["smoothing"])
-    if "surface" in job:
-        streams = streams_by_itself(Model.from_dict(job["surface"]), streams)
-    return _compare(job, streams) if job["work"] == "prove" else _trace(job, streams)
+    if job["work"] != "prove":
+        return _trace(job, streams)
+    return _compare(job, streams_by_itself(Model.from_dict(job["surface"]), streams) if "surface" in job else streams)
 
 
 def _trace(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
@@ -63,7 +65,21 @@ def _trace(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
 def _trace_stretch(job: Mapping[str, Any], streams: Streams, since: float) -> dict[str, Any]:
     run = replace(as_run(streams, AXES[job["axis"]].rate), rate_limit=job.get("rate_limit"))
     found = trace_if_found([run], inertia=job["inertia"], torque=job.get("torque"))
-    return {"effects": []} if found is None else found.to_dict() | {"since": since}
+    if found is None:
+        return {"effects": []}
+    several = Model.from_dict(job["surface"]).several if "surface" in job else None
+    learned = {found.model.axis, *(() if several is None else several.others)}
+    # What is a function of the velocities alone is in the learned damping.
+    kept = tuple(each for each in found.model.effects if several is None or not _is_of(each, learned))
+    names = {each.name for each in kept}
+    effects = [each for each in found.effects if several is None or each.effect in names]
+    return replace(found, model=replace(found.model, effects=kept), effects=tuple(effects)).to_dict() | {"since": since}
+
+
+def _is_of(effect: Effect, velocities: set[str]) -> bool:
+    """Whether an effect is a function of some velocities alone."""
+    remembers = any(row.follows for row in effect.rows)
+    return bool(effect.signals) and set(effect.signals) <= velocities and not remembers
 
 
 def _usable(found: Mapping[str, Any]) -> bool:

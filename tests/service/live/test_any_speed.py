@@ -21,8 +21,8 @@ from service.learner.node import LearnerNode
 from service.live.live_tracing import LiveTracing
 from service.recordings.recording import Recording
 from simulator import leng
-from tests.service.conftest import PATIENCE, configured, cut
-from tests.service.live.test_live_tracing import INERTIA
+from tests.service.conftest import configured, cut
+from tests.service.live.test_live_tracing import INERTIA, TRACED_S
 from tests.worlds import trial
 
 ADVISE: dict[str, Any] = {"tracing__live": "advise", "tracing__window": 120.0, "tracing__proof": 40.0}
@@ -120,7 +120,7 @@ def ledger_of(session: zenoh.Session, run: Recording, prefix: str, part_s: float
                     if part.any():
                         session.put(host.keys.stream(name), payload, congestion_control=zenoh.CongestionControl.BLOCK)
             sent = {name: int(np.count_nonzero(t < start + part_s)) for name, (t, _) in run.streams().items()}
-            until, received = time.monotonic() + 3.0 * PATIENCE, dict[str, int]()
+            until, received = time.monotonic() + TRACED_S, dict[str, int]()
             while host.learn() or host.node.ledger.work is not None or any(received.get(n, 0) < sent[n] for n in OWN):
                 host.feed.drain()
                 received = {name: each.received for name, each in host.watch.report(host.node).streams.items()}

@@ -39,6 +39,8 @@ LIVE: dict[str, Any] = {
 }
 ENOUGH = 160.0
 """More than half a window and a batch [s]: then what is in force is compared again."""
+TRACED_S = 8.0 * PATIENCE
+"""How long a test waits for a trace [s]: its process comes after all other work of the machine."""
 Ledgers = queue.Queue[wire.EffectsLedger]
 
 
@@ -56,14 +58,14 @@ def mended() -> Recording:
 def until(ledgers: Ledgers, step: str) -> wire.EffectsLedger:
     """The first ledger whose last step is this."""
     while True:
-        said = ledgers.get(timeout=2.0 * PATIENCE)
+        said = ledgers.get(timeout=TRACED_S)
         if said.history and said.history[-1]["step"] == step:
             return said
 
 
 def begun(ledgers: Ledgers) -> None:
     """Returns once a trace has begun."""
-    while ledgers.get(timeout=2.0 * PATIENCE).work != "trace":
+    while ledgers.get(timeout=TRACED_S).work != "trace":
         pass
 
 
@@ -115,7 +117,7 @@ def test_a_hidden_lag_is_found_proven_taken_up_kept_over_a_restart_and_withdrawn
     end = 700.0
     second.play(part(mended, 400.0, end))
     # How far the data of a proof reach depends on the machine's load: where one could not tell, there are further data.
-    while (withdrawn := ledgers.get(timeout=2.0 * PATIENCE)).history[-1]["step"] != "withdrawn":
+    while (withdrawn := ledgers.get(timeout=TRACED_S)).history[-1]["step"] != "withdrawn":
         if withdrawn.work is None:
             second.play(part(mended, end, end + ENOUGH))
             end += ENOUGH
