@@ -1,6 +1,6 @@
 """The main list of effects that can be hidden in a vehicle: the physics itself, for trials of the tracer.
 
-Nothing here is shared with what finds effects (`incsvr/effects/`): other formulations, other shapes, NumPy alone. An
+Nothing here is shared with what finds effects (`incsvr/model/`): other formulations, other shapes, NumPy alone. An
 effect on a further channel carries the channel's name behind a colon.
 """
 

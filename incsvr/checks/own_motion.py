@@ -224,8 +224,6 @@ def turned(seen: Filtered, heading: Array, swapped: bool) -> Filtered:
     return replace(seen, value={**seen.value, "surge": u, "sway": v}, slope={**seen.slope, "surge": du, "sway": dv})
 
 
-STARTS_M = (-1.0, -0.3, 0.0, 0.3, 1.0)
-"""Places ahead from which the search for one begins [m]."""
 MAX_LEVER_M = 3.0
 """The farthest place of a velocity sensor that is looked for [m]."""
 MIN_LEVER_M = 0.03
@@ -239,16 +237,16 @@ def lever(seen: Filtered) -> tuple[float, float] | None:
 
     A centre of mass ahead couples sway with yaw as a lever does, but also yaw with sway: a lever alone is one-sided.
     """
-    from scipy.optimize import minimize  # here: a learner on the bus needs none
-
-    def left_at(point: Array) -> float:
-        return planar(seen, (float(point[0]), float(point[1]))).left
-
-    without, left, place = planar(seen).left, np.inf, (0.0, 0.0)
-    for start in STARTS_M:
-        found = minimize(left_at, np.array([start, 0.0]), method="Nelder-Mead")
-        if float(found.fun) < left:
-            left, place = float(found.fun), (float(found.x[0]), float(found.x[1]))
+    without = planar(seen).left
+    left, place = without, (0.0, 0.0)
+    grid = [
+        (ahead, aside) for ahead in np.linspace(-MAX_LEVER_M, MAX_LEVER_M, 13) for aside in (-1.0, -0.5, 0.0, 0.5, 1.0)
+    ]
+    step = 0.5  # of the grid [m]; it is halved until it is a tenth of the lever that is named
+    while step > 0.1 * MIN_LEVER_M:
+        left, place = min((left, place), *((planar(seen, each).left, each) for each in grid))
+        step *= 0.5
+        grid = [(place[0] + step * ahead, place[1] + step * aside) for ahead in (-1, 0, 1) for aside in (-1, 0, 1)]
     far = max(abs(each) for each in place)
     if left > MIN_BETTER_RATIO * without or left > planar(seen, coupled=True).left * 1.2:
         return None

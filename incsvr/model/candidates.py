@@ -109,13 +109,13 @@ def rank(candidate: Candidate) -> tuple[int, int, int]:
     """The order in which equal effects are preferred: those that imitate few others, of few numbers, of no channel."""
     name, _, axis = candidate.name.partition("@")
     kind, _, of = name.partition(":")
-    late = kind in ("coulomb_asymmetry", "modulation", "gyro_bias") or (kind == "coriolis" and axis in of.split("*"))
+    late = kind in ("coulomb_asymmetry", "modulation") or (kind == "coriolis" and axis in of.split("*"))
     return 2 if imitates(candidate) else int(late), len(candidate.start), int(bool(of))
 
 
 def imitates(candidate: Candidate) -> bool:
     """Whether an effect can imitate many others."""
-    return candidate.name.partition("@")[0].partition(":")[0] in ("memory", "drag_step", "thrust_step")
+    return candidate.name.partition("@")[0].partition(":")[0] in ("memory", "drag_step", "thrust_step", "gyro_bias")
 
 
 def _of_rows(structure: Structure, effects: Mapping[str, Sequence[Row]]) -> Iterator[Candidate]:

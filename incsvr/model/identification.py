@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.model import rows as catalogue
+from incsvr.model.candidates import Candidate
+from incsvr.model.directions import directions
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import gain, left_out
@@ -15,7 +17,7 @@ from incsvr.model.predictor import frequencies, predictor
 from incsvr.model.rivals import excluded_free_runs
 from incsvr.model.rows import Row, free_products, mirrored
 from incsvr.model.scales import coarse_period, fastest, motion_scale, step_of, time_constants
-from incsvr.model.search import Found, search
+from incsvr.model.search import Found, convincing, drives, search
 from incsvr.model.series import duration, effort_of, period, values
 from incsvr.model.start import start
 from incsvr.model.structure import Structure
@@ -127,7 +129,8 @@ def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> d
         fast = float(np.quantile(np.abs(values(runs, axis)), 0.99))
         rows += catalogue.own(axis, fast, driven)
         others = [name for name in velocities if name != axis]
-        rows += catalogue.with_others(axis, others, driven)
+        usual = {name: float(np.mean(np.abs(values(runs, name)))) for name in others}
+        rows += catalogue.with_others(axis, others, driven, usual if single and axis in structure.given else None)
         if not single:
             rows += catalogue.efforts_of_others(axis, structure.driven)
             continue
@@ -143,7 +146,8 @@ def pool(structure: Structure, runs: Sequence[Streams], instants: int = 20) -> d
         scale = motion_scale(runs, axis)
         beat = period(runs, axis)
         rows.append(catalogue.memory(axis, tuple(max(times * scale, 2.0 * beat) for times in (0.5, 1.0, 6.0))))
-    return {row.key: (row,) for row in rows if mirrored(row)} | found
+    known = {row.key for row in catalogue.free_products(structure.axes)} if structure.tied else set()  # C(M) has them
+    return {row.key: (row,) for row in rows if mirrored(row) and row.key not in known} | found
 
 
 def identify(
@@ -182,14 +186,20 @@ def identify(
     effects = pool(plain.structure, base.fit.problem.windows.runs)
     if len(axes) == 1 and "time" in plain.structure.channels:
         effects |= catalogue.waves(axes[0], frequencies(base.fit, 0))
-    if axes == ["yaw_rate"]:
+    if list(axes) == ["yaw_rate"] and "heading" not in names:  # a heading shows a gyro's zero by itself
         effects |= catalogue.gyro_zero(axes[0], *(found.theta[f"{name}@{axes[0]}"] for name in ("linear", "quadratic")))
     effects = {name: rows for name, rows in effects.items() if name.partition("@")[0].partition(":")[0] not in leave}
     result = search(base, effects, most, say=say)
+    acting = base.fit.problem.windows.runs
+    if any(share < 1.0 for share in base.reliability.values()):  # the noise of an effort never acts
+        found = plain_fit(found.structure, acting)
+    alone = base.fit
+    if len(axes) == 1:
+        found, alone, result = _with_uneven_damping(found, alone, result)
     models = _simulators(found, result)
-    excluded = excluded_free_runs(models, runs)
+    excluded = excluded_free_runs(models, acting)
     say(f"free runs of excluded recordings: {excluded}")
-    return Identification(result, base.fit, effects, base.reliability, models, excluded)
+    return Identification(result, alone, effects, base.reliability, models, excluded)
 
 
 def _with_curve(plain: Fit, runs: Sequence[Streams]) -> Fit:
@@ -197,6 +207,22 @@ def _with_curve(plain: Fit, runs: Sequence[Streams]) -> Fit:
     (axis,) = plain.structure.axes
     more = plain.structure.plus(rows=catalogue.bends(axis, float(np.quantile(np.abs(values(runs, axis)), 0.99))))
     return fit(more, {**dict.fromkeys(more.names, 0.0), **plain.theta}, plain.problem, plain.starts)
+
+
+def _with_uneven_damping(plain: Fit, base: Fit, found: Found) -> tuple[Fit, Fit, Found]:
+    """The three with damping that differs with the direction, where that predicts excluded windows clearly better.
+
+    It is part of the learned damping, and looked for last: beside a constant moment each explains half of the other.
+    """
+    row = catalogue.uneven(plain.structure.axes[0])
+    one = Candidate(row.name, found.fit.structure.plus(rows=[row]), {row.key: 0.0}, (row,))
+    if not convincing([(one, directions(found.fit, [one]).evidence(0))]):
+        return plain, base, found
+    grown = [
+        fit(each.structure.plus(rows=[row]), {**each.theta, row.key: 0.0}, each.problem, each.starts)
+        for each in (plain, base, found.fit)
+    ]
+    return (plain, base, found) if drives(grown[2]) else (grown[0], grown[1], replace(found, fit=grown[2]))
 
 
 def _simulators(plain: Fit, found: Found) -> dict[str, Fit]:
@@ -251,6 +277,7 @@ def choose_coriolis(
     for label, other in rivals.items():
         reached = gain(base - left_out(other), plain.problem.windows)
         say(f"{label} in place of C(M): {reached}")
-        if reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value:
+        wins = reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value
+        if wins and not drives(other):
             best = other
     return plain, best

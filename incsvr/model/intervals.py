@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,7 +22,7 @@ class Interval:
 
     Attributes:
         value, low, high: in the parameter's unit.
-        moved: the largest change in other fits, in half widths that the blocks give.
+        moved: the largest change in other fits, in half widths of what chance changes.
     """
 
     value: float
@@ -57,17 +58,56 @@ def halved(found: Fit) -> Fit:
 
 
 def intervals(found: Fit, others: Sequence[Fit] = ()) -> dict[str, Interval]:
-    """The interval of every parameter; what other fits of the structure move beyond it widens it.
+    """The interval of every parameter; what other fits move more than chance would move them widens it.
+
+    On an axis whose inertia another fit knows within no factor, that fit explains the motion by its disturbance, so it
+    says nothing there.
 
     Args:
         others: the fit to every second sample; the predictor, which shows motion that the simulation does not contain.
     """
-    result = {}
-    for name, deviation in zip(found.names, np.sqrt(np.maximum(np.diag(covariance(found)), 0.0)), strict=True):
-        at, width = found.theta[name], 1.96 * float(deviation)
-        change = max((abs(each.theta[name] - at) for each in others if name in each.theta), default=0.0)
-        whole = float(np.hypot(width, change)) if change > width else width
+    result, of_others = {}, [_known(each) for each in others]
+    for name, width in zip(found.names, _widths(found), strict=True):
+        at = found.theta[name]
+        moves = [
+            (abs(each.theta[name] - at), widths[name])
+            for each, widths in zip(others, of_others, strict=True)
+            if name in widths
+        ]
+        moved = max((change / max(by_chance(width, other), 1e-300) for change, other in moves), default=0.0)
+        whole = widened(width, moves)
         ends = np.clip([at, at - whole, at + whole], *found.structure.bounds(name))
         value, low, high = (np.exp(ends) if is_logarithm(name) else ends).tolist()
-        result[name] = Interval(value, low, high, change / max(width, 1e-300))
+        result[name] = Interval(value, low, high, moved)
     return result
+
+
+def by_chance(width: float, other: float) -> float:
+    """Half the width of the interval of the difference of two estimates from the same motion, from those of their own.
+
+    It varies as their variances differ (J. A. Hausman, Specification Tests in Econometrics, 1978): what
+    another fit hardly determines does not widen what this one does.
+    """
+    return float(np.sqrt(max(other**2 - width**2, width**2)))
+
+
+def widened(width: float, moves: Sequence[tuple[float, float]]) -> float:
+    """Half the width of an interval, with what other fits move it beyond chance.
+
+    Args:
+        moves: of each other fit the change of the estimate, and half the width of its own interval.
+    """
+    added = max((change**2 - by_chance(width, other) ** 2 for change, other in moves), default=0.0)
+    return float(np.sqrt(width**2 + max(added, 0.0)))
+
+
+def _known(found: Fit, sure: float = 0.5) -> dict[str, float]:  # half a logarithm: no wider than its value
+    """The half widths of a fit's parameters, without the axes whose inertia it does not determine."""
+    widths = dict(zip(found.names, _widths(found), strict=True))
+    lost = {axis for axis in found.structure.axes if widths.get(f"mass:{axis}", 0.0) > sure}
+    return {name: width for name, width in widths.items() if re.split("[:@]", name)[-1] not in lost}
+
+
+def _widths(found: Fit) -> list[float]:
+    """Half an interval of each parameter, in θ's own units."""
+    return [float(each) for each in 1.96 * np.sqrt(np.maximum(np.diag(covariance(found)), 0.0))]

@@ -12,15 +12,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solve_toeplitz, solveh_banded
 
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
-from incsvr.model.scales import coarse_period, fastest, step_of
-from incsvr.model.series import duration, effort_of, noise, period, thinned, values
+from incsvr.model.scales import fastest, step_of
+from incsvr.model.series import duration, effort_of, noise, period, values
 from incsvr.model.structure import Structure
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, robust_deviation
+from incsvr.numerics.lapack import tridiagonal
 
 STARTS = ((0.3, 0.02), (0.9, 0.3))
 """Gains of a sample on the velocity and on the disturbance, per sample, of a noisy sensor and in rough water."""
@@ -50,28 +50,28 @@ def predictor(
     """The plain model as a predictor with white innovations, from the best of several starts."""
     axes = plain.structure.axes
     fast = fastest(plain.structure, plain.theta, runs)
-    # Samples are left out, not averaged: a mean of samples knows what a controller has answered to the first of them.
-    runs = [thinned(run, axes, coarse_period(runs, axes, fast)) for run in runs]
     sample = min(period(runs, axis) for axis in axes)
     step = step_of(sample, 0.25 * fast)
     horizon = max(duration(runs, axes[0]) / windows, 20.0 * sample)
     structure = replace(plain.structure, predictor=True)
-    best = _fitted(structure, plain, runs, step, horizon, sample)
+    best = _ended(_begun(structure, plain, runs, step, horizon, sample))
     reliability = dict.fromkeys(structure.driven, 1.0)
     for axis in structure.driven:
         name = effort_of(axis)
         if not _is_noisy(runs, name):
             continue
         before = list(best.problem.windows.runs)
-        for ratio in WALKS:
-            smoothed, share = _smoothed(before, name, ratio)
-            found = _fitted(best.structure, plain, smoothed, step, horizon, sample, (best.structure.ways[axis],))
-            if found.value < best.value - 10.0:  # the samples as they are, unless others clearly predict better
-                best, reliability[axis] = found, share
+        smoothed = [_smoothed(before, name, ratio) for ratio in WALKS]
+        way = (best.structure.ways[axis],)
+        trials = [_begun(best.structure, plain, acting, step, horizon, sample, way) for acting, _ in smoothed]
+        which = int(np.argmin([each.value for each in trials]))
+        found, share = _ended(trials[which]), smoothed[which][1]
+        if found.value < best.value - 10.0:  # the samples as they are, unless others clearly predict better
+            best, reliability[axis] = found, share
     return Predictor(whitened(whitened(best, lags), lags), reliability)
 
 
-def _fitted(
+def _begun(
     structure: Structure,
     plain: Fit,
     runs: Sequence[Streams],
@@ -80,7 +80,10 @@ def _fitted(
     sample: float,
     ways: Sequence[str] = WAYS,
 ) -> Fit:
-    """The best of the predictors from all starts and ways: in closed loop the plain model has those of a controller."""
+    """The best of the predictors from all starts and ways after a few rounds.
+
+    In closed loop the plain model has those of a controller.
+    """
     shifts = {name: 0.0 for name in structure.names if name.startswith("shift")}
     found = []
     for way in ways:
@@ -92,8 +95,12 @@ def _fitted(
     reached = min(found, key=lambda each: each.value).theta
     gains = {name: reached[name] for name in reached if name.startswith(("gain", "drift"))}
     found.append(fit(structure, {**plain.theta, **gains}, problem, rounds=4))
-    best = min(found, key=lambda each: each.value)
-    return fit(best.structure, best.theta, best.problem, best.starts)
+    return min(found, key=lambda each: each.value)
+
+
+def _ended(begun: Fit) -> Fit:
+    """The fit, gone on with to its end."""
+    return fit(begun.structure, begun.theta, begun.problem, begun.starts)
 
 
 def _is_noisy(runs: Sequence[Streams], name: str) -> bool:
@@ -145,7 +152,8 @@ def _autoregression(found: Fit, axis: int, lags: int) -> Array:
     window = windows.window[own]
     products = [np.sum((error[k:] * error[: error.size - k])[window[k:] == window[: window.size - k]])
                 for k in range(lags + 1)]  # fmt: skip
-    return np.asarray(solve_toeplitz(np.array(products[:-1]), np.array(products[1:])))
+    apart = np.abs(np.subtract.outer(np.arange(lags), np.arange(lags)))
+    return np.asarray(np.linalg.solve(np.array(products)[apart], products[1:]))
 
 
 def _smoothed(runs: Sequence[Streams], name: str, ratio: float) -> tuple[list[Streams], float]:
@@ -175,10 +183,8 @@ def _level(value: Array, noise: float, walk: float, rounds: int = 15) -> Array:
     for _ in range(rounds):
         of_value = 5.0 / (4.0 + ((value - level) / noise) ** 2) / noise**2
         of_change = 5.0 / (4.0 + (np.diff(level) / walk) ** 2) / walk**2
-        banded = np.zeros((2, value.size))
-        banded[1] = of_value
-        banded[1, :-1] += of_change
-        banded[1, 1:] += of_change
-        banded[0, 1:] = -of_change
-        level = solveh_banded(banded, of_value * value)
+        diagonal = of_value.copy()
+        diagonal[:-1] += of_change
+        diagonal[1:] += of_change
+        level = tridiagonal(diagonal, -of_change, of_value * value)
     return np.asarray(level)

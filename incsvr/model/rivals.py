@@ -35,9 +35,11 @@ def excluded_free_runs(
         fold = windows.run if whole else np.arange(windows.first.size) * few // windows.first.size
         columns = fold_parameters(model)[[model.names.index(each) for each in structure.names]]
         columns = columns[:, np.minimum(fold, columns.shape[1] - 1)]
+        top = [np.abs(windows.measured[windows.axis == i]).max() for i in range(len(axes))]
+        most = 2.0 * np.array(top)[windows.axis]  # what runs away counts so, that others remain comparable
         starts = np.repeat(windows.starts[:, None], columns.shape[1], axis=1)
         predicted = predict(structure, columns, windows, starts)[np.arange(windows.window.size), windows.window]
-        errors = {name: windows.measured - np.clip(predicted, -1e3, 1e3)}
+        errors = {name: windows.measured - np.clip(predicted, -most, most)}
         if not found:
             errors |= {
                 "zero": windows.measured,

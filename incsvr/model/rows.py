@@ -7,7 +7,7 @@ the hull's term; with its axis it is unique: `cross_flow:surge@yaw_rate`.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -124,6 +124,11 @@ def bends(rate: str, fast: float, shares: Sequence[float] = (0.2, 0.4, 0.7)) -> 
     return tuple(row(f"bend:{share:g}", rate, Factor("bend", rate, share * fast), drag=True) for share in shares)
 
 
+def uneven(rate: str) -> Row:
+    """What the damping is more to one side than to the other."""
+    return row("bend:uneven", rate, value(rate), value(rate), drag=True)
+
+
 def own(rate: str, fast: float, driven: bool) -> tuple[Row, ...]:
     """Effects of an axis's own velocity, its own effort and a constant.
 
@@ -201,12 +206,15 @@ def waves(rate: str, frequencies: Sequence[float]) -> dict[str, tuple[Row, ...]]
     return found
 
 
-def with_others(rate: str, others: Sequence[str], driven: bool) -> tuple[Row, ...]:
+def with_others(
+    rate: str, others: Sequence[str], driven: bool, usual: Mapping[str, float] | None = None
+) -> tuple[Row, ...]:
     """Effects of the body's other velocities on an axis, to second order.
 
     Args:
         others: velocities that are recorded, but the axis's own.
         driven: whether an effort of the axis is recorded.
+        usual: their mean sizes, at which the thrust is as without them; where none is given, that at rest is.
     """
     found = list[Row]()
     for name in others:
@@ -214,7 +222,8 @@ def with_others(rate: str, others: Sequence[str], driven: bool) -> tuple[Row, ..
         found.append(row(f"coriolis:{name}*{rate}", rate, value(name), value(rate), drag=True))
         found.append(row(f"coupling:{name}", rate, value(name)))
         if driven:
-            found.append(row(f"thrust_speed:{name}", rate, size(name), value(effort_of(rate))))
+            speed = Factor("raised", name, -usual[name]) if usual else size(name)
+            found.append(row(f"thrust_speed:{name}", rate, speed, value(effort_of(rate))))
         if name in LATERAL and rate in LATERAL:
             found.append(row(f"coupling:|{name}|{name}", rate, size(name), value(name)))
         if rate not in LATERAL:

@@ -37,12 +37,13 @@ def motion_scale(runs: Sequence[Streams], name: str) -> float:
     return float(np.median(found))
 
 
-def fastest(structure: Structure, theta: Theta, runs: Sequence[Streams], least: float = 0.2) -> float:
-    """The shortest time constant that the motion shows [s]: of a model, but not much below the motion's own scale, to
-    which noise drives the drag of a fit."""
+def fastest(structure: Structure, theta: Theta, runs: Sequence[Streams], samples: float = 5.0) -> float:
+    """The shortest time constant that the motion shows [s]: of a model, but no shorter than some samples where the
+    motion itself is slower, because noise of an effort drives the drag of a fit."""
     constants = time_constants(structure, theta, runs, 0.95)
     scales = np.array([motion_scale(runs, axis) for axis in structure.axes])
-    return float(np.clip(constants, least * scales, scales).min())
+    beats = np.array([period(runs, axis) for axis in structure.axes])
+    return float(np.clip(constants, np.minimum(0.2 * scales, samples * beats), scales).min())
 
 
 def coarse_period(runs: Sequence[Streams], axes: Sequence[str], constant: float, share: float = 0.05) -> float:

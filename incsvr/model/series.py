@@ -20,16 +20,6 @@ def every(series: Streams, count: int) -> Streams:
     return {name: (t[::count], v[::count]) for name, (t, v) in series.items()}
 
 
-def thinned(series: Streams, names: Sequence[str], spacing: float) -> Streams:
-    """The recording with samples of some streams left out, so that they are at most about a spacing [s] apart."""
-    found = dict(series)
-    for name in names:
-        t, v = series[name]
-        count = max(int(spacing / np.median(np.diff(t)) + 1e-6), 1)
-        found[name] = (t[::count], v[::count])
-    return found
-
-
 def period(runs: Sequence[Streams], name: str) -> float:
     """The usual time between two samples of a stream [s]."""
     return float(np.median(np.concatenate([np.diff(run[name][0]) for run in runs if name in run])))

@@ -12,7 +12,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from incsvr.model_trace.run import Run, stream
 from incsvr.model_trace.statistics import whitened
@@ -26,6 +25,7 @@ from incsvr.model_trace.thresholds import (
     TORQUE_PAST_CELLS,
 )
 from incsvr.numerics import Array, robust_deviation
+from incsvr.numerics.linear_filter import lfilter
 
 
 class Loop(Enum):

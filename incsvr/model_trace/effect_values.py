@@ -185,13 +185,21 @@ def modulation_values(theta: Theta, here: Here) -> Values:
     return {"coefficient": theta[f"{name}@{here.axis}"] * here.share(theta), "reference": here.width(name)}
 
 
+def thrust_speed_values(theta: Theta, here: Here) -> Values:
+    name = f"thrust_speed:{here.of}"
+    return {"coefficient": -theta[f"{name}@{here.axis}"], "reference": -here.width(name)}
+
+
 def thrust_modulation_values(theta: Theta, here: Here) -> Values:
     name = f"modulation:{here.of}"
     return {"coefficient": -theta[f"{name}@{here.axis}"], "reference": here.width(name)}
 
 
 def gyro_bias_values(theta: Theta, here: Here) -> Values:
-    return {"rate_rad_s": -0.5 * theta[f"gyro_bias@{here.axis}"] / max(theta[f"quadratic@{here.axis}"], 1e-300)}
+    """The damping is about κ (c r + ½ |r| r), its slope κ (c + |r|), of which the row is θ (c + |r|)."""
+    c, taken = here.width("gyro_bias"), sum(theta[key] * each for key, each in here.power.items())
+    slope = taken / (c * here.power.get(f"linear@{here.axis}", 0.0) + 0.5 * here.drag_power)
+    return {"rate_rad_s": -theta[f"gyro_bias@{here.axis}"] / max(slope, 1e-300)}
 
 
 def coriolis_values(theta: Theta, here: Here) -> Values:

@@ -13,11 +13,11 @@ from incsvr.model.fitting import Fit, fit
 from incsvr.model.identification import Identification
 from incsvr.model.intervals import halved
 from incsvr.model.rows import Row
-from incsvr.model.search import Added
+from incsvr.model.search import Added, is_noise
 from incsvr.model.series import effort_of, period
 from incsvr.model_trace.answering import Loop
 from incsvr.model_trace.findings import Finding
-from incsvr.model_trace.parameters import has_size, parameters_of
+from incsvr.model_trace.parameters import parameters_of
 from incsvr.model_trace.proof import EFFECTS, PLAIN
 from incsvr.model_trace.recordings import Recordings
 from incsvr.model_trace.sentences import AHEAD, LABELS
@@ -68,51 +68,53 @@ class Traced:
         return period(self.recordings.streams, self.recordings.axis)
 
 
-def best_model(
-    traced: Traced,
-    has_effects: bool,
-    least: float = 0.03,  # of the error of excluded free runs: a reader would not see less
-) -> tuple[str, list[Finding]]:
-    """The name of the best of our own simulators on excluded recordings, and the inertia where that is an effect of it.
+def findings_of(traced: Traced) -> tuple[str, list[Finding]]:
+    """The simulator with what was found, by its name, and the effects in the order in which they were added.
 
-    An inertia that the search did not add is one in open loop alone, where a simulation with it is clearly better and
-    the predictor agrees that it is another than the declared.
+    Their sizes are those of the simulator, in closed loop of the predictor.
     """
     found, axis = traced.found, traced.recordings.axis
-    errors = {name: float(each[0]) for name, each in found.excluded.items()}
-    best = min([PLAIN, *([EFFECTS] if has_effects else [])], key=lambda name: errors[name])
-    free = f"{best}, free inertia"
-    if traced.closed or free not in found.models or errors[free] > (1.0 - least) * errors[best]:
-        return best, []
-    model, predictor = found.models[free], found.found.fit
-    start = {f"mass:{axis}": model.theta[f"mass:{axis}"], **predictor.theta}
-    likewise = fit(predictor.structure.plus(free=[axis]), start, predictor.problem, predictor.starts)
-    name = f"inertia@{axis}"
-    ((parameters, spans),) = parameters_of(
-        model, [name], traced.inertia, traced.recordings.begin, [halved(model), likewise]
-    )
-    if not has_size(spans, traced.inertia, traced.sample):
-        return best, []
-    gain = found.models[best].value - model.value
-    return free, [_finding(traced, name, parameters, spans, p_value(2.0 * gain, 1, len(found.effects)), 1.0, ())]
-
-
-def findings_of(traced: Traced) -> list[Finding]:
-    """The effects in the order in which they were added: by the simulator, in closed loop by the predictor."""
-    found, recordings = traced.found, traced.recordings
     added, predictor = found.found.added, found.found.fit
-    if not added:
-        return []
-    source = predictor if traced.closed else found.models[EFFECTS]
+    name = EFFECTS if added else PLAIN
+    freed = None if traced.closed else _with_free_inertia(traced, name)
+    gains = {each.name: each.gain for each in added}
+    if freed is not None:
+        gains[f"inertia@{axis}"] = predictor.value - freed.value
+        name, predictor = f"{name}, free inertia", freed
+    if not gains:
+        return PLAIN, []
+    source = predictor if traced.closed else found.models[name]
     others = [halved(source)] if traced.closed else [halved(source), predictor]
-    every = parameters_of(source, [each.name for each in added], traced.inertia, recordings.begin, others)
-    total = sum(each.gain for each in added)
-    findings = []
-    for one, (parameters, spans) in zip(added, every, strict=True):
-        alike = [name for name in one.alike if not _contains(found.effects, name, one)]
-        p = p_value(2.0 * one.gain, len(one.candidate.start), len(found.effects))
-        findings.append(_finding(traced, one.name, parameters, spans, p, one.gain / total, alike))
-    return findings
+    every = parameters_of(source, list(gains), traced.inertia, traced.recordings.begin, others)
+    total = sum(gains.values())
+    alike = {each.name: [one for one in each.alike if not _contains(found.effects, one, each)] for each in added}
+    counts = {each.name: len(each.candidate.start) for each in added}
+    return name, [
+        _finding(
+            traced, one, parameters, spans, p_value(2.0 * gain, counts.get(one, 1), len(found.effects)),
+            gain / total, alike.get(one, ()),
+        )
+        for (one, gain), (parameters, spans) in zip(gains.items(), every, strict=True)
+    ]  # fmt: skip
+
+
+def _with_free_inertia(
+    traced: Traced,
+    name: str,
+    least: float = 0.03,  # of the error of excluded free runs: a reader would not see less
+    clear: float = 6.0,  # of the logarithm of the predictor's likelihood: 1 of 2000 by chance
+) -> Fit | None:
+    """The predictor with a free inertia, where that is an effect which the search did not add: in open loop, where the
+    simulator with it is clearly better on excluded recordings, and the predictor is better with it."""
+    found, axis = traced.found, traced.recordings.axis
+    free = f"{name}, free inertia"
+    errors = {each: float(excluded[0]) for each, excluded in found.excluded.items()}
+    if free not in found.models or is_noise(found.reliability, axis) or errors[free] > (1.0 - least) * errors[name]:
+        return None
+    mass, predictor = f"mass:{axis}", found.found.fit
+    start = {mass: found.models[free].theta[mass], **predictor.theta}
+    freed = fit(predictor.structure.plus(free=[axis]), start, predictor.problem, predictor.starts)
+    return freed if predictor.value - freed.value > clear else None
 
 
 def _finding(

@@ -41,7 +41,7 @@ def answer_left(fitted: Judge, model: Fit, samples: Sequence[int] = (2, 4)) -> f
     """
     found = []
     for count in samples:
-        short = replace(fitted, block=count * fitted.sample)
+        short = replace(fitted, block=count * fitted.sample, step=min(fitted.step, 0.5 * fitted.sample))
         lacking, efforts = short.torque(model), short.efforts()
         starts = np.concatenate([[0], np.cumsum([each.size for each in lacking])]).astype(np.intp)
         found.append(answers(-np.concatenate(lacking), np.concatenate(efforts), starts))

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from incsvr.model.fitting import Fit
-from incsvr.model.intervals import covariance
+from incsvr.model.intervals import covariance, widened
 from incsvr.model_trace.effect_values import Here, Parameters, here
 from incsvr.model_trace.vocabulary import word_of
 from incsvr.numerics import Array
@@ -29,20 +29,22 @@ def parameters_of(
         begin: the stamp at which the channel `time` is zero [s].
         others: fits of the same effects; what they move beyond an interval widens it.
     """
-    spread = covariance(found)
+    spreads = [covariance(each) for each in (found, *others)]
     result = []
     for name in effects:
         word, at = word_of(name), here(found, name, inertia, begin)
         parameters = dict(word.parameters(found.theta, at))
-        half = {
-            key: 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0))
-            for key, slope in _slopes(found, word.parameters, at, spread).items()
-        }
-        for each in others:
-            moved = word.parameters(each.theta, at)
-            for key, width in half.items():
-                change = abs(_difference(key, moved[key], parameters[key]))
-                half[key] = math.hypot(width, change) if change > width else width
+        half, *rest = (
+            _half_widths(each, word.parameters, at, spread)
+            for each, spread in zip((found, *others), spreads, strict=True)
+        )
+        moved = [word.parameters(each.theta, at) for each in others]
+        for key, width in half.items():
+            moves = [
+                (abs(_difference(key, one[key], parameters[key])), own[key])
+                for one, own in zip(moved, rest, strict=True)
+            ]
+            half[key] = widened(width, moves)
         for key, more in word.unsure(at, parameters, half).items():
             half[key] = math.hypot(half[key], more)
         result.append((parameters, {key: ends(key, value, half[key]) for key, value in parameters.items()}))
@@ -72,6 +74,12 @@ def has_size(spans: Mapping[str, tuple[float, float]], inertia: float, period: f
     if usual is not None:
         return not low <= usual <= high
     return high < most * low if name in POSITIVE else not low <= 0.0 <= high
+
+
+def _half_widths(found: Fit, parameters: Parameters, at: Here, spread: Array) -> dict[str, float]:
+    """By parameter, half the width of its interval."""
+    slopes = _slopes(found, parameters, at, spread)
+    return {key: 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0)) for key, slope in slopes.items()}
 
 
 def _slopes(found: Fit, parameters: Parameters, at: Here, spread: Array) -> Mapping[str, Array]:

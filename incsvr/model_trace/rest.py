@@ -9,7 +9,7 @@ import numpy as np
 from incsvr.model.candidates import Candidate
 from incsvr.model.directions import directions
 from incsvr.model.fitting import Fit, fit
-from incsvr.model.rows import ONE, Factor, Row, row, value
+from incsvr.model.rows import ONE, Factor, Row, row
 from incsvr.model.search import convincing
 from incsvr.model.series import values
 from incsvr.model_trace.findings import UnexplainedChannel
@@ -42,11 +42,11 @@ def smooth_rest(
 
 
 def _curve(predictor: Fit, name: str) -> Candidate | None:
-    """A moment that is a cubic curve of a stream, of the heading two harmonics, of the own velocity its even part."""
+    """A moment that is a cubic curve of a stream, of the heading two harmonics, of the own velocity its size."""
     structure = predictor.structure
     (axis,) = structure.axes
     if name == axis:
-        pairs = [(Factor("size", name), ONE), (value(name), value(name))]
+        pairs = [(Factor("size", name), ONE)]
     elif name == "heading":
         pairs = [(Factor(kind, name), ONE) for kind in ("sine", "cosine", "sine2", "cosine2")]
     else:

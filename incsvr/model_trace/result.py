@@ -7,14 +7,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
 from incsvr.model.identification import identify
 from incsvr.model.scales import motion_scale
 from incsvr.model.series import effort_of, values
 from incsvr.model_trace import spells
-from incsvr.model_trace.answering import Loop, standing_time
+from incsvr.model_trace.answering import Loop
 from incsvr.model_trace.channels import usable_channels
-from incsvr.model_trace.effects_found import Traced, best_model, findings_of
+from incsvr.model_trace.effects_found import Traced, findings_of
 from incsvr.model_trace.findings import Pictures, RejectedEffect, Trace, UnexplainedChannel
 from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
@@ -27,7 +28,7 @@ from incsvr.model_trace.rest import smooth_rest
 from incsvr.model_trace.run import Run, check
 from incsvr.model_trace.sentences import of_loop, of_share
 from incsvr.model_trace.statistics import p_value
-from incsvr.model_trace.thinning import thinned
+from incsvr.model_trace.stretches import bounded
 from incsvr.model_trace.thresholds import MAX_REJECTED, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
 from incsvr.model_trace.traced_model import traced_model
 from incsvr.model_trace.unseen import Judge, ends, judge, times
@@ -79,7 +80,7 @@ def _traced(
     names, ignored = usable_channels([*runs, *(validate or [])])
     headings = [run.channels.get("heading", np.empty(0)) for run in (*runs, *(validate or ()))]
     heading = ["heading"] * all(np.isfinite(each).sum() > MIN_HEADING_SAMPLES for each in headings)
-    recordings, share = thinned(recordings_of(runs, [*names, *heading]), standing_time(runs))
+    recordings, share = bounded(recordings_of(runs, [*names, *heading]))
     refuse_too_little_motion(recordings, motion_scale(recordings.streams, recordings.axis))
     try:
         found = identify(recordings.streams, [recordings.axis], {recordings.axis: inertia}, recordings.channels)
@@ -95,7 +96,7 @@ def _traced(
     unseen = judge(recordings, found.models[PLAIN], recordings, excluded=True)
     if validate:
         other = recordings_of(validate, [*names, *heading], recordings.begin)
-        unseen = judge(thinned(other, standing_time(validate))[0], found.models[PLAIN], recordings, excluded=False)
+        unseen = judge(bounded(other)[0], found.models[PLAIN], recordings, excluded=False)
     loop = loop_of(runs, fitted, found.models[PLAIN], torque)
     if loop is Loop.OTHER_GYRO and answer_left(fitted, found.model) < OTHER_GYRO_CORRELATION:
         loop = Loop.OPEN  # what was missing had looked like an answer
@@ -106,11 +107,10 @@ def _traced(
 def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, ...]) -> Trace:
     found, recordings, fitted, inertia = traced.found, traced.recordings, traced.fitted, traced.inertia
     sought = traced.loop is not Loop.OTHER_GYRO
-    added = findings_of(traced) if sought else []
+    name, added = findings_of(traced) if sought else (PLAIN, [])
     effects = [each for each in added if has_size(each.interval, inertia, traced.sample)]
     unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for each in added if each not in effects]
-    best, more = best_model(traced, bool(effects))
-    effects += more
+    best = min((name, PLAIN), key=lambda each: float(found.excluded[each][0])) if effects else PLAIN
     complete, unexplained = found.found.fit, tuple[UnexplainedChannel, ...]()
     if sought:
         complete, unexplained = smooth_rest(complete, recordings.channels)
@@ -203,8 +203,8 @@ def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, traced: Trace
     windows = fitted.blocks
     last, _ = ends(windows)
     stamps, ledger = ledger_of(model, traced)
-    middle = times(windows)[last] - 0.5 * fitted.block
-    depends = {"time": middle} | {name: _means(fitted, name, middle) for name in _drawn(fitted)}
+    middle, run = times(windows)[last] - 0.5 * fitted.block, windows.run[windows.window[last]]
+    depends = {"time": middle} | {name: _means(fitted, name, middle, run) for name in _drawn(fitted)}
     return Pictures(
         before=proof.before,
         after=proof.after,
@@ -219,13 +219,13 @@ def _pictures(proof: Proof, fitted: Judge, plain: Fit, model: Fit, traced: Trace
 def _drawn(fitted: Judge) -> dict[str, str]:
     """Streams on which a residual may depend, by the names that reports know."""
     own = fitted.recordings
-    return {"yaw_rate": own.axis, "torque": effort_of(own.axis)} | {
-        name: name for name in own.channels if name not in ("time",)
-    }
+    beside = {name: name for name in own.channels if name != "time"}
+    return beside | {"yaw_rate": own.axis, "torque": effort_of(own.axis)}
 
 
-def _means(fitted: Judge, name: str, at: Array) -> Array:
+def _means(fitted: Judge, name: str, at: Array, run: Indices) -> Array:
     """(blocks,) of a stream about the middles of the blocks."""
-    own = _drawn(fitted)[name]
-    t, v = (np.concatenate([run[own][part] for run in fitted.recordings.streams]) for part in (0, 1))
-    return np.asarray(np.interp(at, t, v))
+    found, own = np.empty(at.size), _drawn(fitted)[name]
+    for k in np.unique(run):
+        found[run == k] = np.interp(at[run == k], *fitted.recordings.streams[k][own])
+    return found

@@ -141,8 +141,9 @@ class Judge:
         change = windows.measured[last] - windows.starts[0, windows.window[last]]
         return Ahead(error, change, windows.measured[last])
 
-    def _predicted(self, model: Fit, windows: Windows) -> Array:
-        """(samples,) the model's velocities from the measured first one of each window."""
+    def _predicted(self, model: Fit, windows: Windows, runaway: float = 10.0) -> Array:
+        """(samples,) the model's velocities from the measured first one of each window; beyond so many of the fastest
+        measured ones a model has run away, and stays there."""
         structure = replace(model.structure, predictor=False)
         columns = fold_parameters(model) if self.excluded else np.array([[model.theta[name]] for name in model.names])
         columns = columns[[model.names.index(name) for name in structure.names]]
@@ -150,7 +151,8 @@ class Judge:
         starts = np.repeat(windows.starts[:, None], columns.shape[1], axis=1)
         predicted = predict(structure, columns, windows, starts)
         own = np.minimum(fold, columns.shape[1] - 1)[windows.window]
-        return np.asarray(np.clip(predicted[np.arange(own.size), own], -1e3, 1e3))
+        most = runaway * float(np.max(np.abs(windows.measured)))
+        return np.asarray(np.clip(predicted[np.arange(own.size), own], -most, most))
 
 
 def judge(recordings: Recordings, model: Fit, fitted: Recordings, excluded: bool) -> Judge:

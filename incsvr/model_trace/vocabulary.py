@@ -25,6 +25,7 @@ from incsvr.model_trace.effect_values import (
     tether_values,
     thrust_drift_values,
     thrust_modulation_values,
+    thrust_speed_values,
     thrust_step_values,
     unsure_instant,
     unsure_wave,
@@ -222,8 +223,8 @@ WORDS: dict[str, Word] = {
         "the same {effort}s early and late in the recordings",
     ),
     "thrust_speed": Word(
-        "thrust_speed", _CHANNEL, of_row("coefficient", "thrust_speed:{of}", -1.0),
-        "a = (1 + c |x|) τ",
+        "thrust_speed", _CHANNEL, thrust_speed_values,
+        "a = (1 + c (|x| − x̄)) τ, with the mean x̄ of |x|",
         "the thrust depends on the advance speed: a propeller's falls with it, a rudder's grows with its square",
         "the same {effort}s at several surge velocities",
     ),

@@ -29,3 +29,8 @@ def cholesky(matrix: Array) -> Array:
     if failed:
         raise np.linalg.LinAlgError(f"the leading minor of order {failed} is not positive definite")
     return np.asarray(factor)
+
+
+def tridiagonal(diagonal: Array, beside: Array, right: Array) -> Array:
+    """(n,) x of A x = b, for A of (n,) on its diagonal and (n − 1,) on both sides of it, positive definite."""
+    return np.asarray(_lapack.dptsv(diagonal, beside, right)[2])

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from incsvr.numerics import Array
 from incsvr.vehicle.compare import Comparison, Quantity
@@ -87,7 +87,7 @@ def _fitted(moved: Array, spread: Array, together: NDArray[np.bool_]) -> tuple[f
     """The factor that some quantities share, and the chance of a scatter as large as that about it."""
     mean = float(np.average(moved[together], weights=1.0 / spread[together]))
     left = np.where(together, moved - mean, moved)
-    return float(np.exp(mean)), float(chi2.sf(np.sum(left**2 / spread), moved.size - 1))
+    return float(np.exp(mean)), float(chdtrc(moved.size - 1, np.sum(left**2 / spread)))
 
 
 def _percent(factor: float, inverse: bool) -> str:

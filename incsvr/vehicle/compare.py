@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from incsvr.errors import BadInput
 from incsvr.model.fitting import Fit, Problem, fit
@@ -273,7 +273,7 @@ def _values(rows: Array) -> list[tuple[Value, ...]]:
     """The values of each quantity dive by dive, from estimates, standard errors and degrees of freedom
     (quantities, dives, 3)."""
     estimate, error, freedom = np.moveaxis(rows, 2, 0)
-    reach = student.ppf(0.975, freedom) * error
+    reach = stdtrit(freedom, 0.975) * error
     found = changes(estimate, error, freedom, np.full(rows.shape[0], 1.0 / rows.shape[0]))
     ends = [freedom, estimate - reach, estimate + reach]
     columns = np.stack(

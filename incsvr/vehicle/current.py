@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from incsvr.model.fitting import Fit, equations
 from incsvr.model.left_out import blocks
@@ -64,7 +64,7 @@ def suspected_current(found: Fit) -> Current | None:
     moved = np.stack([np.bincount(block, each) for each in both.gradient.T], axis=1) @ inverse[:, -2:]
     # The errors of blocks scatter by chance; what windows that err alike would give keeps them from being too small.
     covariance = moved.T @ moved + inverse[-2:, -2:]
-    p_value = float(chi2.sf(step @ np.linalg.solve(covariance, step), 2))
+    p_value = float(chdtrc(2, step @ np.linalg.solve(covariance, step)))
     return Current(float(step[0]), float(step[1]), p_value) if p_value < MAX_FALSE_CURRENT_CHANCE else None
 
 

@@ -18,7 +18,7 @@ CALLED = {
     "thrust_speed": "inflow", "inflow": "advance",
 }  # fmt: skip
 """Kinds of rows that a vehicle file calls otherwise."""
-LEFT = ("memory",)
+LEFT = ("memory", "gyro_bias")
 """Effects that a vehicle file has no term for."""
 
 
@@ -68,7 +68,9 @@ def terms_of(row: Row) -> list[tuple[Term, float]]:
     found = []
     for part in row.parts:
         axis = of_rate(part.axis).name
-        if kind in ("coulomb", "coulomb_asymmetry", "bend"):
+        if row.name == "bend:uneven":
+            found.append((Term(axis, "square", (part.axis,)), 1.0))
+        elif kind in ("coulomb", "coulomb_asymmetry", "bend"):
             found.append((Term(axis, kind, (f"{part.one.width:.4g}",)), 1.0))
         elif kind == "effort":
             found.append((Term(axis, kind, (of_rate(of).name,)), -1.0))

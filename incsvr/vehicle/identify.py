@@ -160,7 +160,8 @@ def identify(
     given = {"*".join(rates(tuple(dict.fromkeys(pair)))): v for pair, v in declared.items() if {*pair} <= {*axes}}
     _check(runs, axes, given)
     begins("fitting all axes together")
-    found = engine.identify(runs, rates(axes), given, leave=LEFT)
+    left = ("thrust_speed",) if len(axes) == 1 and given else ()  # about the usual speed, which a file does not say
+    found = engine.identify(runs, rates(axes), given, leave=(*LEFT, *left))
     ours = {each: model for each, model in found.models.items() if not each.endswith("free inertia")}
     best = min(ours, key=lambda each: float(np.mean(found.excluded[each] / found.excluded["zero"])))
     model = ours[best]

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,6 +20,7 @@ from incsvr.numerics import Array
 from incsvr.signals import REQUIRED
 from service.health.health_watch import HealthWatch
 from service.inputs.forms.own import InvalidMeasurement, parse
+from service.inputs.values import Values
 from service.learner.node import LearnerNode
 from service.recordings.archive import Archive
 from service.wire import Keys
@@ -32,36 +32,14 @@ Watcher = Callable[[Array, Array], None]
 """Takes (n,) stamps [s] and values of a stream, for health."""
 
 
-@dataclass(frozen=True, slots=True)
-class Measurements:
-    """Values of one stream: stamps (n,) [s] and values (n,), n ≥ 1."""
-
-    name: str
-    t: Array
-    value: Array
-
-
-@dataclass(frozen=True, slots=True)
-class Arrived:
-    """The messages that one reading of the bus gave.
-
-    Attributes:
-        measurements: all of it, as health is told.
-        learnable: what of it may be learned from, in the order in which the learner takes it.
-    """
-
-    measurements: Sequence[Measurements]
-    learnable: Sequence[Measurements]
-
-
 class Subscriptions(Protocol):
     """Subscriptions of one learner, read from one thread alone."""
 
     def waiting(self) -> float:
         """The messages that wait to be read, as a part of those that may."""
 
-    def read(self) -> Arrived:
-        """The messages since the last call."""
+    def read(self) -> Sequence[Values]:
+        """The values that came since the last call, in the order in which the learner takes them."""
 
     def close(self) -> None:
         """Ends them."""
@@ -81,7 +59,7 @@ class Feed:
         self.onward: defaultdict[str, list[Listener]] = defaultdict(list)
         self.watched: defaultdict[str, list[Watcher]] = defaultdict(list)
         self.elsewhere: set[str] = set()
-        self._waiting: list[list[Measurements]] = [[] for _ in subscriptions]
+        self._waiting: list[list[Values]] = [[] for _ in subscriptions]
 
     def waiting(self) -> float:
         """The messages that wait to be read, as a part of those that may: 0 where there is nothing to do."""
@@ -96,17 +74,18 @@ class Feed:
         """Reads what has come and tells it onward, before any of it is learned from: `learn` follows."""
         batch_waits = False
         for subscriptions, waiting in zip(self._subscriptions, self._waiting, strict=True):
-            arrived = subscriptions.read()
-            for each in arrived.measurements:
+            for each in subscriptions.read():
                 if each.name not in self.elsewhere:
                     self._watch.add_values(each.name, each.t, each.value)
                 for watcher in self.watched.get(each.name, ()):
                     watcher(each.t, each.value)
-            for each in arrived.learnable:
+                learnable = each.to_learn()
+                if learnable is None:
+                    continue
                 if each.name not in self.elsewhere:
-                    waiting.append(each)
+                    waiting.append(learnable)
                 for listener in self.onward.get(each.name, ()):
-                    batch_waits |= listener(each.t, each.value)
+                    batch_waits |= listener(learnable.t, learnable.value)
         return batch_waits
 
     def learn(self) -> bool:
@@ -227,9 +206,9 @@ class Ingest:
         self._fill()
         return max(queue.part(self._places) for queue in self._queues)
 
-    def read(self) -> Arrived:
-        """The measurements since the last call; all may be learned from."""
-        read: list[Measurements] = []
+    def read(self) -> Sequence[Values]:
+        """The values since the last call; all may be learned from."""
+        read: list[Values] = []
         for queue in self._queues:
             # Taken together, because the cost lies in the calls: a message alone costs twenty times as much.
             taken: dict[str, tuple[list[Any], list[Any]]] = {}
@@ -238,8 +217,8 @@ class Ingest:
                 self._take(sample, payload, queue.name, taken)
                 if size > LARGE_MESSAGE_BYTES:
                     self._fill()  # to read it took long
-            read += [Measurements(stream, *_arrays(t, value)) for stream, (t, value) in taken.items() if t]
-        return Arrived(read, read)
+            read += [Values(stream, *_arrays(t, value)) for stream, (t, value) in taken.items() if t]
+        return read
 
     def close(self) -> None:
         for queue in self._queues:

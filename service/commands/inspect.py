@@ -30,7 +30,7 @@ from service.inputs.table import Table, Topic
 from service.inputs.units import si_unit, units_of
 from service.logs.cutting import Cut
 from service.logs.dives import DIVE_RULE, one_dive
-from service.logs.reading import LogDescription, cut_log, describe, read, since_1970, writing_times
+from service.logs.reading import LogDescription, cut_log, describe, read, writing_times
 from service.logs.suspect_columns import in_degrees, refuse_without_numbers
 from service.recordings.reading import add_log_arguments
 
@@ -119,20 +119,18 @@ def _read(args: argparse.Namespace, description: LogDescription) -> LogSummary:
     if args.topic is not None and args.topic not in {topic.name for topic in log.topics}:
         raise BadInput(f"{path}: there is no topic {args.topic}; `incsvr inspect {path}` lists them all")
     proposal = describe(log, description)
-    measured, since = None, None
+    measured = None
     if proposal.inputs.yaw_rate is not None and "t" not in proposal.missing:
         try:
             measured = read(path, log, replace(proposal, missing={}))
         except BadInput as error:
             proposal = replace(proposal, missing={**proposal.missing, "reading": str(error)})
-        else:
-            since = since_1970(log, proposal.inputs, measured)
     refuse_without_numbers(path, log)
     tables = log.read([topic.name for topic in log.topics])
     topics = log.topics
     if cut:
         try:
-            topics, tables, measured = cut_log(topics, tables, proposal.inputs, measured, cut, since)
+            topics, tables, measured = cut_log(topics, tables, proposal.inputs, measured, cut)
         except BadInput as error:
             raise type(error)(f"{path}: {error}") from None
     if measured is not None and {"yaw_rate", "torque"} <= set(measured.streams):

@@ -23,8 +23,9 @@ from service.cli.output import WIDTH, emit, shortened, wrapped
 from service.config.configuration import Config
 from service.config.sources import from_arguments
 from service.inputs.input_mapper import InputMapper
+from service.inputs.live_clock import RATE
+from service.inputs.mapper import TORQUE
 from service.inputs.owners import AUTOPILOT, mavlink
-from service.inputs.source_binding import RATE, TORQUE
 from service.inputs.survey import Survey
 from service.wire.json_text import json_text
 
@@ -154,8 +155,7 @@ def _met(config: Config, patience_s: float) -> zenoh.Session:
 def _listen(survey: Survey, arrivals: Arrivals, seconds: float) -> None:
     pause, until = threading.Event(), time.monotonic() + seconds
     while True:
-        for key, payload, arrival in arrivals.take():
-            survey.hear(key, payload, arrival)
+        survey.take(arrivals.take())
         left = until - time.monotonic()
         if left <= 0.0:
             return
@@ -188,8 +188,7 @@ def _vehicle(hearing: InputMapper, arrivals: Arrivals) -> str:
     """The number of the first vehicle that is heard."""
     pause, until = threading.Event(), time.monotonic() + VEHICLE_TIMEOUT_S
     while time.monotonic() < until:
-        for key, payload, arrival in arrivals.take():
-            hearing.hear(key, payload, arrival)
+        hearing.take(arrivals.take())
         named = (mavlink(key) for key in hearing.bindings)
         system = hearing.system or next((found.system for found in named if found is not None), "")
         if system:

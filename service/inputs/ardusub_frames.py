@@ -100,8 +100,11 @@ class VehicleParameters:
             (system,) = self.by_system
         return dict(self.by_system.get(system, {}))
 
-    def take(self, system: str, message: Any, when: float | None) -> bool:
-        """Takes a PARAM_VALUE of a vehicle, as JSON, at a time of its clock [s]; True where it changes something."""
+    def take(self, system: str, message: Any, when: float) -> bool:
+        """Takes a PARAM_VALUE of a vehicle, as JSON, at a time of its clock [s]; True where it changes something.
+
+        Where that time is not known, NaN, the change is not named.
+        """
         body = message.get("message") if isinstance(message, dict) else None
         if not isinstance(body, dict):
             return False
@@ -114,7 +117,7 @@ class VehicleParameters:
         told = self.by_system.setdefault(system, {})
         if not concerns_thrusters(name) or told.get(name) == value:
             return False
-        if name in told and when is not None:
+        if name in told and isfinite(when):
             changes = self._changes.setdefault(system, deque(maxlen=MAX_CHANGES_SHOWN))
             changes.append(f"{change_words(name, value, told[name])} from {when:.6g} s on")
         told[name] = value

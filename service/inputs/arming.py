@@ -46,6 +46,12 @@ def says_something(settings: Armed, values: Array) -> NDArray[np.bool_]:
     return np.asarray((values == settings.equals) | (values == settings.disarmed))
 
 
+def armed_by(settings: Armed, value: float) -> bool | None:
+    """Whether a value of the field says that the thrusters may turn; None where it says nothing."""
+    given = np.array([value])
+    return bool(says_armed(settings, given)[0]) if says_something(settings, given)[0] else None
+
+
 def is_within(time: Array, wanted: Spans) -> NDArray[np.bool_]:
     """Selects the instants (n,) [s] within the spans."""
     inside = np.zeros(time.size, dtype=bool)
@@ -68,14 +74,9 @@ class Arming:
     by_movement: bool = False
     _has_spoken: bool = False
 
-    def take(self, settings: Armed, value: float | None) -> bool:
-        """Takes what a message says; False where it has no such number."""
-        if value is None or not abs(value) < MAX_WHOLE_NUMBER:
-            return False
-        given = np.array([value])
-        if says_something(settings, given)[0]:
-            self.armed, self.by_movement, self._has_spoken = bool(says_armed(settings, given)[0]), False, True
-        return True
+    def take(self, armed: bool) -> None:
+        """Takes what a message says."""
+        self.armed, self.by_movement, self._has_spoken = armed, False, True
 
     def moved(self, settings: Armed | None) -> None:
         """The outputs of the vehicle move."""

@@ -13,10 +13,8 @@ import zenoh
 from incsvr.errors import BadInput
 from service.inputs.instances import base, instance
 from service.inputs.owners import AUTOPILOT
-from service.inputs.presets.keelson import SUBJECTS
-from service.inputs.presets.mavlink import LISTENED_MESSAGES
-from service.inputs.presets.ros import LISTENED_TYPES
-from service.inputs.settings import Inputs, Preset
+from service.inputs.presets.proposal import keys
+from service.inputs.settings import Inputs
 
 BRIDGE_TOKENS = "@/*/@ros2_lv/MP/**"
 """Liveliness tokens by which zenoh-bridge-ros2dds says what is published: the key, with § for /, and the type."""
@@ -25,7 +23,6 @@ _TOKEN = re.compile(r"^@/[^/]+/@ros2_lv/MP/([^/]+)/([^/]+)(?:/.*)?$")
 _MAVLINK = re.compile(r"^(?:.*/)?mavlink/[^/]+/[^/]+/[A-Z0-9_]+\[[^\[\]]+\]$")
 _KEELSON = re.compile(r"(^|.*/)@v\d+/.+/pubsub/[^/]+/.+$")
 _MESSAGE = re.compile(r"^[A-Z][A-Z0-9_]+(?:\[[^\[\]]+\])?$")
-BUS_PRESETS: tuple[Preset | None, ...] = ("blueos", "ros2", "keelson", "incsvr", None)
 
 
 def key_expressions(inputs: Inputs) -> tuple[str, ...]:
@@ -34,9 +31,10 @@ def key_expressions(inputs: Inputs) -> tuple[str, ...]:
     Raises:
         BadInput: a topic is no key expression, or the preset has nothing on a bus.
     """
-    if inputs.preset not in BUS_PRESETS:
+    keys_of_preset = None if inputs.preset is None else keys(inputs.preset)
+    if inputs.preset not in ("incsvr", None) and not keys_of_preset:
         raise BadInput(f"inputs.preset: {inputs.preset} is a preset of logs; on a bus use ros2, or blueos for MAVLink")
-    wanted = dict.fromkeys(_of_preset(inputs.preset))
+    wanted = dict.fromkeys(keys_of_preset or ())
     for place in inputs.places():
         for text in expressions(place.topic, inputs.preset):
             try:
@@ -45,11 +43,11 @@ def key_expressions(inputs: Inputs) -> tuple[str, ...]:
                 raise BadInput(
                     f"inputs.{place.name}: {place.topic!r} is no key expression; write one such as vessel/imu/*"
                 ) from None
-    keys = {text: zenoh.KeyExpr(text) for text in wanted}
+    found = {text: zenoh.KeyExpr(text) for text in wanted}
     return tuple(
         text
-        for text, key in keys.items()
-        if not any(other.includes(key) for name, other in keys.items() if name != text)
+        for text, key in found.items()
+        if not any(other.includes(key) for name, other in found.items() if name != text)
     )
 
 
@@ -99,18 +97,3 @@ def form_of(key: str, announced: str | None, inputs: Inputs) -> str:
     if found is not None:
         return found
     return next((place.form for place in inputs.places() if matches(place.topic, key, inputs.preset)), "json")
-
-
-def _of_preset(preset: Preset | None) -> tuple[str, ...]:
-    if preset == "blueos":
-        return tuple(f"mavlink/*/{AUTOPILOT}/{message}" for message in LISTENED_MESSAGES)
-    if preset == "ros2":
-        return tuple(f"*/**/{_dds(kind)}/*" for kind in LISTENED_TYPES)
-    if preset == "keelson":
-        return tuple(f"**/@v0/**/pubsub/{subject}/**" for subject in SUBJECTS)
-    return ()
-
-
-def _dds(kind: str) -> str:
-    package, _, name = kind.partition("/msg/")
-    return f"{package}::msg::dds_::{name}_"

@@ -1,4 +1,4 @@
-"""The mapping at work on a bus: one message after the other becomes measurements in SI units on one clock.
+"""The mapper on a bus: what comes is decoded, and the mapping is resolved by all that has come until then.
 
 Nothing here knows the bus: keys and payloads come in, in the order in which they arrived, and all that goes out follows
 from them and, where messages bear no stamps, from when they arrived. A preset looks at what has been heard so far. What
@@ -8,41 +8,47 @@ a configuration names goes before what a preset finds, and what the vehicle says
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from math import nan
 from typing import Any
 
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.plant.axes import AXES
+from incsvr.numerics import Array
 from service.inputs import ardusub_frames, bus_keys, owners, vehicles
 from service.inputs.ardusub_frames import VehicleParameters
-from service.inputs.arming import Arming
-from service.inputs.clocks import ClockOfRate
+from service.inputs.arming import MAX_WHOLE_NUMBER, Arming, armed_by
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
-from service.inputs.key_resolution import ANGLE_NAME, BATTERY_NAME, named_topics, resolve, with_settled_sources
+from service.inputs.key_resolution import named_topics, resolve, with_settled_sources
+from service.inputs.live_clock import RATE, LiveClock
+from service.inputs.mapper import (
+    TORQUE,
+    FieldPlace,
+    State,
+    has_unknown_voltage,
+    read_with,
+    real_values,
+    silent_outputs,
+    take,
+)
+from service.inputs.outputs import without_pulse
 from service.inputs.senders import SenderWatch, sentence
-from service.inputs.settings import Armed, Axis, Inputs
-from service.inputs.source_binding import RATE, TORQUE, VOLTAGE, SourceBinding
-from service.inputs.table import Topic, leaves
-from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage
-from service.inputs.torque_of_commands import TorqueOfCommands
+from service.inputs.settings import ARRIVAL, Armed, Axis, Inputs, Source
+from service.inputs.source_binding import SourceBinding, numbers
+from service.inputs.table import Table, Topic, leaves
+from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import FRACTION
+from service.inputs.values import Values
 
 MAX_KEYS = 1000
 """Keys that are looked at; what comes after so many is no vehicle's."""
-
-
-@dataclass(frozen=True, slots=True)
-class MappedValues:
-    """Values of a stream: stamps [s], values in SI units, and the message's number where it has one."""
-
-    name: str
-    t: list[float]
-    value: list[float]
-    sequence: int | None = None
+GRACE_MESSAGES = 50
+"""Messages until which the battery's voltage and the first pulse may come: a voltage is told every few seconds."""
+Message = tuple[str, bytes, float]
+"""Key, payload, and when it arrived [s]."""
 
 
 class InputMapper:
@@ -58,6 +64,7 @@ class InputMapper:
         types: of ROS 2, by key, where something else than the key says them.
         refused: messages that are no measurements, by reason.
         placed: by stream, whether its own stamps count, or its times of arrival.
+        numbers: name and number of the messages of streams in our own form, until they are taken.
 
     Raises:
         BadInput: the configuration names a type that is not read, or a topic that is no key expression.
@@ -76,6 +83,8 @@ class InputMapper:
         self.types: dict[str, str] = {}
         self._parameters = VehicleParameters(parameters)
         self.refused: Counter[str] = Counter()
+        self.numbers: list[tuple[str, int]] = []
+        self._count, self._came = 0, dict[str, list[Values]]()
         self._wanted_vehicle = vehicles.named_vehicle(inputs)
         self._vehicles = vehicles.Vehicles(self._wanted_vehicle)
         self._begin()
@@ -83,10 +92,10 @@ class InputMapper:
 
     def _begin(self) -> None:
         """Nothing has been heard of the vehicle that is taken from now on."""
-        self._arming = Arming()
+        self._arming, self._senders, self._state = Arming(), SenderWatch(), State()
+        self._open: list[tuple[SourceBinding, dict[str, list[float]], float]] = []
+        self._open_at = nan
         self.placed: dict[str, bool] = {}
-        self._clock, self._torque, self._senders = ClockOfRate(), TorqueOfCommands(), SenderWatch()
-        self._latest: dict[str, float] = {}
 
     @property
     def inputs(self) -> Inputs:
@@ -96,19 +105,25 @@ class InputMapper:
     @property
     def missing(self) -> Mapping[str, str]:
         """Sentences on what was not found, by name."""
-        thrusters = self.inputs.thrusters
-        silent = None if thrusters is None else self._torque.silent(thrusters)
-        return self._resolved.missing if silent is None else {**self._resolved.missing, TORQUE: silent}
+        thrusters = self._resolved.by_key.thrusters
+        silent = [] if thrusters is None or self._early() else silent_outputs(thrusters, self._state)
+        if thrusters is None or not silent:
+            return self._resolved.missing
+        return {**self._resolved.missing, TORQUE: without_pulse(thrusters, silent)}
+
+    def _early(self) -> bool:
+        """Whether so few commands have come that pulses and voltages may still come."""
+        return sum(self.bindings[key].count for key in self.keys_of(TORQUE)) <= GRACE_MESSAGES
+
+    @property
+    def _clock(self) -> LiveClock:
+        assert isinstance(self._state.clock, LiveClock)
+        return self._state.clock
 
     @property
     def system(self) -> str:
         """The vehicle that is taken; empty where nothing says whose messages come."""
         return self._vehicles.chosen
-
-    @property
-    def told_parameters(self) -> dict[str, float]:
-        """Parameters that the vehicle told, and that have to do with its thrusters."""
-        return self._parameters.of(self.system)
 
     @property
     def parameters_by_system(self) -> dict[str, dict[str, float]]:
@@ -118,7 +133,7 @@ class InputMapper:
     @property
     def parameters(self) -> dict[str, float]:
         """The vehicle's parameters: a received value overrides the configuration's."""
-        return {**self._configured.parameters, **self.told_parameters}
+        return {**self._configured.parameters, **self._parameters.of(self.system)}
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -134,29 +149,28 @@ class InputMapper:
         return False if events and self._arming.armed is None else self._arming.armed
 
     @property
-    def may_learn(self) -> bool:
-        """Whether the thrusters may turn, as far as anything says so."""
-        return self._resolved.armed is None or self.armed is True
-
-    @property
     def why_not(self) -> str | None:
         """The reason why measurements are not learned from; None if they are."""
         return None if self._resolved.armed is None else self._arming.why_not(self._resolved.armed)
 
-    def announce(self, key: str, kind: str) -> None:
-        """A bridge says that messages of this type come on a key."""
-        self.types[key] = kind
+    def take(self, messages: Iterable[Message]) -> dict[str, Values]:
+        """The values of messages in the order in which they arrived, by stream."""
+        for key, payload, arrival in messages:
+            self._decode(key, payload, arrival)
+        self._map()
+        came, self._came = self._came, {}
+        return {name: Values.joined(parts) for name, parts in came.items()}
 
-    def hear(self, key: str, payload: bytes, arrival: float) -> list[MappedValues]:
-        """The measurements of a message that arrived at `arrival` [s] of a clock that never goes back."""
+    def _decode(self, key: str, payload: bytes, arrival: float) -> None:
+        """Reads a message, and lets its numbers wait; those that wait are mapped before anything that changes how."""
         binding = self.bindings.get(key)
         if binding is None:
             if len(self.bindings) >= MAX_KEYS:
-                return []
+                return
             binding = self.bindings[key] = self._new_binding(key)
             binding.first = arrival
         if binding.decode is None:
-            return []
+            return
         sequence = None
         try:
             if binding.form == "incsvr":
@@ -166,36 +180,99 @@ class InputMapper:
                 message = binding.decode(payload)
         except (Undecodable, InvalidMeasurement) as error:
             self.refused[str(error) if isinstance(error, InvalidMeasurement) else "undecodable"] += 1
-            return []
+            return
         name = owners.mavlink_topic(key, message)
         if name != key:
             if name not in self.bindings and len(self.bindings) >= MAX_KEYS:
-                return []
+                return
             binding = self.bindings.setdefault(name, SourceBinding(binding.form, binding.decode, first=arrival))
         binding.message, binding.count, binding.last = message, binding.count + 1, arrival
         if not binding.fields:
+            self._map()
             binding.fields = tuple(path for path, _ in leaves(message)) or ("",)
             binding.evidence = vehicles.evidence_of(Topic(name, binding.type, binding.fields, 0))
             self._vehicles.meet(vehicles.vehicles_with_yaw_rate(named_topics(self.bindings)))
             self._resolve()
         self._look_at_vehicle(name, binding)
-        if binding.armed is not None:
-            self._arm(binding.armed, binding.message)
-        told = list(self._values_of(binding, arrival))
-        return told if sequence is None else [replace(heard, sequence=sequence) for heard in told]
+        armed = self._resolved.by_key.armed
+        if armed is not None and armed.topic == name:
+            self._arm(armed, message)
+        self._wait(name, binding, arrival, sequence)
+
+    def _wait(self, name: str, binding: SourceBinding, arrival: float, sequence: int | None) -> None:
+        """Lets the numbers of a message wait that the mapping reads.
+
+        Where commands come on several keys, what bears one stamp belongs to one moment, which is complete when a
+        command of another stamp comes.
+        """
+        if not binding.numbers:
+            return
+        rows, reasons = binding.rows()
+        self.refused.update(reasons)
+        thrusters, came = self._resolved.by_key.thrusters, [(binding, rows, arrival)]
+        if thrusters is not None and name in thrusters.topics and len(set(thrusters.topics)) > 1:
+            stamp = rows.get(thrusters.stamp, [0.0])[-1] or arrival
+            ended = self._open if stamp != self._open_at else []
+            came, self._open, self._open_at = ended, [*self._open[len(ended) :], *came], stamp
+        for each, numbers_of_it, at in came:
+            if not each.fits(numbers_of_it):
+                self._map()
+            self._count += 1
+            each.wait(numbers_of_it, at, self._count)
+        if sequence is not None:
+            sources = self._resolved.by_key.sources.items()
+            self.numbers += [(stream, sequence) for stream, source in sources if source.topic == name]
+
+    def _map(self) -> None:
+        """Maps the messages that wait, of which all came while the vehicle was armed, or none."""
+        tables = {key: table for key, binding in self.bindings.items() if (table := binding.table()) is not None}
+        if not tables:
+            return
+        inputs, moved = self._resolved.by_key, self._state.moved
+        learnable_from = -np.inf if self.why_not is None else np.inf
+        self._state, streams, own = take(inputs, self._state, tables, further=self._further)
+        if moved is None and self._state.moved is not None:
+            self._arming.moved(self._resolved.armed)
+            learnable_from = min(learnable_from, self._state.moved[1] if self.why_not is None else np.inf)
+        for name, each in streams.items():
+            if name in (RATE, TORQUE) and getattr(inputs, name) is not None:
+                self._senders.add(name, each.t, each.value)
+            if each.t.size:
+                self._came.setdefault(name, []).append(Values(name, each.t, each.value, each.order >= learnable_from))
+        self.placed |= {name: is_own for (name, _), is_own in own.items()}
+
+    def _arm(self, settings: Armed, message: Any) -> None:
+        """Takes what a message says of the armed state; those that wait are mapped before it changes."""
+        value = number(message, settings.field)
+        if value is None or not abs(value) < MAX_WHOLE_NUMBER:
+            self.refused["no_field"] += 1
+        elif (armed := armed_by(settings, value)) is not None:
+            if armed is not self._arming.armed:
+                self._map()
+            self._arming.take(armed)
 
     def _look_at_vehicle(self, name: str, binding: SourceBinding) -> None:
         """Reads a message's parameters of its vehicle, and decides whether this vehicle is the one that is used."""
         if name.endswith("/PARAM_VALUE") and (sender := owners.mavlink(name)) is not None:
+            self._map()
             ours = self.system in ("", sender.system)
-            when = self._clock.newest if ours else None
-            if self._parameters.take(sender.system, binding.message, when) and ours:
+            if self._parameters.take(sender.system, binding.message, self._clock.newest if ours else nan) and ours:
                 self._resolve()
         if binding.evidence is None or self._vehicles.is_settled:
             return
         if self._vehicles.take(binding.evidence, lambda path: number(binding.message, path)):
+            self._map()
             self._begin()
             self._resolve()
+
+    def keys_of(self, name: str) -> list[str]:
+        """The keys that a stream, or `armed`, comes from."""
+        by_key = self._resolved.by_key
+        source = by_key.armed if name == "armed" else by_key.sources.get(name)
+        topics = [] if source is None else [source.topic]
+        if name == TORQUE and by_key.thrusters is not None:
+            topics += by_key.thrusters.topics
+        return [key for key in self.bindings if key in topics]
 
     def notices(self) -> list[str]:
         """Notes for people on how the measurements are made."""
@@ -204,7 +281,7 @@ class InputMapper:
         if thrusters is not None and self._configured.thrusters is None and inputs.preset == "blueos":
             doubt = ardusub_frames.assumption(self.parameters)
             found += [doubt] if doubt else []
-        if thrusters is not None and self._torque.guessed_voltage(thrusters, self._latest):
+        if not self._early() and has_unknown_voltage(self._resolved.by_key, self._state):
             found.append(
                 f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V; let the vehicle "
                 "send it, or name it in inputs.channels.voltage"
@@ -235,60 +312,9 @@ class InputMapper:
 
     def _stamped(self, name: str) -> bool:
         """Whether the messages that a stream comes of bear stamps."""
-        heard, thrusters = self.bindings.values(), self.inputs.thrusters
-        stamps = [binding.stamp(source)[0] for binding in heard for of, source in binding.quantities if of == name]
-        if name == TORQUE and thrusters is not None:
-            stamps += [binding.stamp(thrusters)[0] for binding in heard if binding.commands]
-        return any(stamps)
-
-    def _values_of(self, binding: SourceBinding, arrival: float) -> Iterator[MappedValues]:
-        for name, source in binding.quantities:
-            values = binding.numbers(source.field)
-            if values is None:
-                self.refused["no_field"] += 1
-                continue
-            values = [value * source.factor for value in values]
-            if values:
-                self._remember(name, values[-1])
-            if name.startswith(ANGLE_NAME[0]):
-                continue
-            stamps = binding.stamps(source)
-            if name == RATE:
-                times = self._clock.reference(stamps, arrival)
-            else:
-                times, self.placed[name] = self._clock.times_of(name, stamps, arrival)
-            self._senders.add(name, times, values)
-            if len(times) == len(values):
-                yield MappedValues(name, times, values)
-            elif times:
-                self.refused["unequal_length"] += 1
-        thrusters = self.inputs.thrusters
-        if thrusters is None or not binding.commands:
-            return
-        if not self._torque.take(thrusters, binding):
-            self.refused["no_field"] += 1
-            return
-        if self._torque.movement.has_moved:
-            self._arming.moved(self._resolved.armed)
-        times, self.placed[TORQUE] = self._clock.times_of(TORQUE, binding.stamps(thrusters), arrival)
-        told = (
-            self._torque.newest_efforts(thrusters, binding, times[0], self._latest, self._further)
-            if len(times) == 1
-            else None
-        )
-        if told is not None:
-            names = (TORQUE, *(AXES[axis].effort for axis in self._further))
-            for name, effort in zip(names, told[1], strict=True):
-                yield MappedValues(name, [told[0]], [effort])
-
-    def _remember(self, name: str, value: float) -> None:
-        """The newest value of what commands are read with; that of a battery which is none is no voltage."""
-        if name not in (VOLTAGE, BATTERY_NAME) or is_battery_voltage(np.array([value]))[0]:
-            self._latest[name] = value
-
-    def _arm(self, settings: Armed, message: Any) -> None:
-        if not self._arming.take(settings, number(message, settings.field)):
-            self.refused["no_field"] += 1
+        by_key = self._resolved.by_key
+        source = by_key.sources.get(name, by_key.thrusters)
+        return source is not None and source.stamp not in ("", ARRIVAL)
 
     def _new_binding(self, key: str) -> SourceBinding:
         """A key that is heard for the first time."""
@@ -304,10 +330,17 @@ class InputMapper:
         ours = {topic.name for topic in named_topics(self.bindings) if owners.system_of(topic) not in others}
         configured = with_settled_sources(self._configured, self.inputs, {key: self.bindings[key] for key in ours})
         self._resolved = resolve(configured, self.bindings, self.parameters, others)
-        for binding in self.bindings.values():
-            for name, source in binding.quantities:
-                values = binding.numbers(source.field)
-                if name not in self._latest and values:
-                    self._remember(name, values[-1] * source.factor)
-            if binding.armed is not None and self._arming.armed is None:
-                self._arm(binding.armed, binding.message)
+        by_key, latest = self._resolved.by_key, dict[FieldPlace, float]()
+        for source in read_with(by_key):
+            table = Table(None, {source.field: self._newest(source)}, {})
+            values, _ = real_values(source, by_key, {source.topic: table})
+            latest |= {(source.topic, source.field): float(values[-1])} if values.size else {}
+        self._state = replace(self._state, latest={**latest, **self._state.latest})
+        if by_key.armed is not None and self._arming.armed is None and by_key.armed.topic in self.bindings:
+            self._arm(by_key.armed, self.bindings[by_key.armed.topic].message)
+
+    def _newest(self, source: Source) -> Array:
+        """The numbers of a source in the newest message of its key."""
+        binding = self.bindings.get(source.topic)
+        found = None if binding is None else numbers(binding.message, source.field)
+        return np.array([] if found is None else found)

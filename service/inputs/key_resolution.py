@@ -5,25 +5,24 @@ What has come for a while stays where several would do, and of several vehicles 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from service.inputs import bus_keys
-from service.inputs.instances import base
-from service.inputs.owners import autopilot_message, system_of
+from service.inputs import bus_keys, self_description
+from service.inputs.forms.cdr import has_header
+from service.inputs.live_clock import RATE
+from service.inputs.mapper import TORQUE
+from service.inputs.naming import inside, renamed
+from service.inputs.owners import system_of
 from service.inputs.presets import Observation, Proposal, propose
-from service.inputs.presets.ros import NO_RATE_FIELD, RATE_PATHS
-from service.inputs.settings import Armed, Inputs, Source, Thrusters
-from service.inputs.source_binding import RATE, TORQUE, SourceBinding
-from service.inputs.table import Topic, leaves
-from service.inputs.thrust import is_battery_voltage
-from service.inputs.vehicle_kind import SelfDescription
+from service.inputs.presets.ros import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
+from service.inputs.settings import ARRIVAL, Armed, Inputs
+from service.inputs.source_binding import SourceBinding, numbers
+from service.inputs.table import HEADER_STAMP, Topic, table_of, usual_stamp
 
-ANGLE_NAME, BATTERY_NAME = "(angle of thruster {})", "(battery of the thrusters)"
-"""The names of what turns a thruster and of what it draws from, which are used and are no streams: no channel's name
-has a bracket."""
 SETTLED_MESSAGES = 50
 """Messages after which another key that a preset would rather take comes too late: seconds of a slow stream."""
 EXPECTED_HEARTBEAT = Armed(topic="the autopilot's HEARTBEAT", field="")
@@ -39,12 +38,14 @@ class ResolvedMapping:
         missing: sentences on what was not found, by name.
         armed: what says whether the thrusters may turn; None where nothing does.
         notes: what a preset concluded, one sentence each.
+        by_key: the mapping in force with the keys and paths that messages have.
     """
 
     inputs: Inputs
     missing: Mapping[str, str]
     armed: Armed | None
     notes: tuple[str, ...]
+    by_key: Inputs
 
 
 def resolve(
@@ -53,41 +54,44 @@ def resolve(
     parameters: Mapping[str, float],
     others: frozenset[str] = frozenset(),
 ) -> ResolvedMapping:
-    """The mapping now; what is taken from each key is written into what is known of it.
+    """The mapping now; what is read of each key's messages is written into what is known of it.
 
     Args:
         others: vehicles that are left alone.
     """
     preset = configured.preset
-    for each in heard.values():
-        each.quantities, each.commands, each.armed = [], [], None
     topics = [topic for topic in named_topics(heard) if system_of(topic) not in others]
     known = {topic.name: heard[topic.name] for topic in topics}
     found = Proposal(Inputs(preset=preset))
     if preset not in ("incsvr", None):
-        found = propose(
-            Observation(
-                topics, parameters, _self_description(topics, known), _absent_batteries(topics, known), _ranks(known)
-            ),
-            preset,
-        )
+        newest = {name: table_of(each.message) for name, each in known.items()}
+        vehicle, absent = self_description.of_vehicle(topics, newest), self_description.absent_batteries(topics, newest)
+        found = propose(Observation(topics, parameters, vehicle, absent, _ranks(known)), preset)
     proposal = found.with_inputs(configured)
     inputs = proposal.inputs
     spelt_out = {place.topic: heard[place.topic] for place in configured.places() if place.topic in heard}
     known |= spelt_out  # also of a vehicle that is left alone, for a person asked for it
-    for name, source in _named_sources(inputs).items():
-        key = key_of(source.topic, known, preset)
-        if key is not None:
-            completed = source.model_copy(update={"field": known[key].path(name, source.field)})
-            known[key].quantities.append((name, completed))
-    if inputs.armed is not None and (key := key_of(inputs.armed.topic, known, preset)) is not None:
-        path = known[key].path("armed", inputs.armed.field)
-        known[key].armed = inputs.armed.model_copy(update={"field": path})
-    if inputs.thrusters is not None:
-        inputs = inputs.model_copy(update={"thrusters": _thrusters_with_paths(inputs.thrusters, known, inputs)})
+
+    def places(name: str, source: Any, topic: str) -> dict[str, Any]:
+        key = key_of(topic, known, preset)
+        if key is None:
+            return {}
+        stamp, unit = _stamp(known[key], source)
+        return {
+            "topic": key,
+            "field": _path(known[key], name, getattr(source, "field", "")),
+            "stamp": stamp,
+            "stamp_unit": unit,
+        }
+
+    by_key = renamed(inputs, places)
+    for key, each in heard.items():
+        read = [place for place in by_key.places() if place.topic == key and place.name != "armed"]
+        each.numbers = tuple(dict.fromkeys(place.field for place in read))
+        each.stamps = tuple(dict.fromkeys(place.stamp for place in read if place.stamp != ARRIVAL))
     missing = {name: _cure_on_bus(name) if name in proposal.unseen else cure for name, cure in proposal.missing.items()}
     armed = EXPECTED_HEARTBEAT if preset == "blueos" and inputs.armed is None else inputs.armed
-    return ResolvedMapping(inputs, missing, armed, proposal.sentences)
+    return ResolvedMapping(inputs, missing, armed, proposal.sentences, by_key)
 
 
 def named_topics(known: Mapping[str, SourceBinding]) -> list[Topic]:
@@ -120,31 +124,27 @@ def key_of(topic: str, known: Mapping[str, SourceBinding], preset: str | None) -
     return next((key for key in of_it if bus_keys.matches(topic, key, preset)), None)
 
 
-def _named_sources(inputs: Inputs) -> dict[str, Source]:
-    """The sources of all inputs, by name; an angle of thrusters has a name that no channel has."""
-    named = {RATE: inputs.yaw_rate, TORQUE: inputs.torque, **inputs.channels}
-    if inputs.thrusters is not None:
-        named[BATTERY_NAME] = inputs.thrusters.measured_voltage
-        named |= {ANGLE_NAME.format(k): each.turned_by for k, each in enumerate(inputs.thrusters.each)}
-    return {name: source for name, source in named.items() if source is not None}
+def _path(binding: SourceBinding, name: str, path: str) -> str:
+    """The path of a number: as configured, within MAVLink's `message`, or the form's own."""
+    if path:
+        return inside(path, binding.fields)
+    if binding.type in ("keelson", "incsvr"):
+        return "value"
+    usual = {RATE: RATE_PATHS, TORQUE: TORQUE_PATHS}.get(name, {}).get(binding.type)
+    return usual or ("data" if binding.type.startswith("std_msgs/") else "")
 
 
-def _thrusters_with_paths(thrusters: Thrusters, known: Mapping[str, SourceBinding], inputs: Inputs) -> Thrusters:
-    """The thrusters, each with the path of its command."""
-    found = []
-    for k, (each, topic) in enumerate(zip(thrusters.each, thrusters.topics, strict=True)):
-        key = key_of(topic, known, inputs.preset)
-        if key is not None:
-            each = each.model_copy(update={"field": known[key].path("command", each.field)})
-            known[key].commands.append(k)
-        found.append(each)
-    return thrusters.model_copy(update={"each": tuple(found)})
-
-
-def _self_description(topics: Sequence[Topic], known: Mapping[str, SourceBinding]) -> SelfDescription:
-    """The vehicle's description of itself in its newest heartbeat."""
-    beats = [topic.name for topic in topics if autopilot_message(topic) == "HEARTBEAT"]
-    return SelfDescription(dict(leaves(known[beats[0]].message))) if beats else SelfDescription()
+def _stamp(binding: SourceBinding, source: Any) -> tuple[str, str]:
+    """The path of the stamp and its unit: as configured, or the form's own; `arrival` where there is none."""
+    said = getattr(source, "stamp", "")
+    if said == ARRIVAL:
+        return ARRIVAL, "s"
+    if said:
+        return _path(binding, "", said), source.stamp_unit
+    if binding.type in ("keelson", "incsvr"):
+        return {"keelson": "timestamp", "incsvr": "t"}[binding.type], "s"
+    path, unit = (HEADER_STAMP, "s") if has_header(binding.type) else usual_stamp(binding.fields)
+    return path or ARRIVAL, unit
 
 
 def _ranks(known: Mapping[str, SourceBinding]) -> dict[tuple[str, str], int]:
@@ -153,20 +153,9 @@ def _ranks(known: Mapping[str, SourceBinding]) -> dict[tuple[str, str], int]:
     for key, each in known.items():
         path = RATE_PATHS.get(each.type)
         if path is not None:
-            finite = np.isfinite(each.numbers(path) or np.nan).all()
-            found[key, path] = int(each.numbers(NO_RATE_FIELD) == [-1.0]) if finite else 3
+            finite = np.isfinite(numbers(each.message, path) or np.nan).all()
+            found[key, path] = int(numbers(each.message, NO_RATE_FIELD) == [-1.0]) if finite else 3
     return found
-
-
-def _absent_batteries(topics: Sequence[Topic], known: Mapping[str, SourceBinding]) -> frozenset[str]:
-    """Batteries that show no battery in their newest message."""
-    found = []
-    for topic in topics:
-        if base(autopilot_message(topic) or "") == "BATTERY_STATUS":
-            volts = known[topic.name].numbers(known[topic.name].path("", "voltages[0]"))
-            if not (volts and is_battery_voltage(1e-3 * np.array(volts))[0]):
-                found.append(topic.name)
-    return frozenset(found)
 
 
 def _cure_on_bus(name: str) -> str:

@@ -1,9 +1,9 @@
-"""The mapping at work: tables of messages become streams in SI units on one clock."""
+"""The mapper over a whole log: what its tables show as a whole is known before the first message is mapped."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,68 +12,34 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import EFFORTS
 from service.inputs.arming import says_armed, says_something
 from service.inputs.clocks import Clock, pace, pace_note, set_at, table_time, without_unset
+from service.inputs.live_clock import RATE
+from service.inputs.mapper import (
+    NONE,
+    TORQUE,
+    FieldPlace,
+    State,
+    arrival_of,
+    battery_of,
+    has_unknown_voltage,
+    real_values,
+    silent_outputs,
+    stamps_of,
+    take,
+)
 from service.inputs.marks import without_marks
-from service.inputs.outputs import first_movement, least_movement, output, without_pulse
+from service.inputs.outputs import output, without_pulse
 from service.inputs.presets.proposal import Change
 from service.inputs.senders import SENDER, alternates, by_turns, sentence, two_clocks
-from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters
+from service.inputs.settings import ARRIVAL, Inputs, Place
 from service.inputs.table import Assumption, Table
-from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage, is_pulse, moment
+from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import STAMP_UNITS
 
-
-@dataclass(frozen=True, slots=True)
-class CommandStream:
-    """The commands of one thruster.
-
-    Attributes:
-        time: (n,) stamps [s], n ≥ 1, in any order.
-        arrival: (n,) when each arrived [s].
-        command: (n,) in the thruster's unit.
-    """
-
-    time: Array
-    arrival: Array
-    command: Array
-
-
-def join_commands(streams: Sequence[CommandStream]) -> tuple[Array, Array, list[Array]]:
-    """The commands of all thrusters, at each stamp of one of them.
-
-    Returns:
-        The stamps (n,) [s], rising, each once; when the last command of each stamp arrived (n,) [s]; the command of
-        each thruster at that time, (n,) each, NaN before its first.
-    """
-    time = np.unique(np.concatenate([stream.time for stream in streams]))
-    time = time[np.isfinite(time)]
-    arrival = np.full(time.size, -np.inf)
-    commands = []
-    for stream in streams:
-        order = np.argsort(stream.time, kind="stable")
-        place = np.searchsorted(stream.time[order], time, side="right") - 1
-        newest = order[np.maximum(place, 0)]
-        commands.append(np.where(place >= 0, stream.command[newest], np.nan))
-        own = (place >= 0) & (stream.time[newest] == time)
-        arrival[own] = np.maximum(arrival[own], stream.arrival[newest[own]])
-    return time, arrival, commands
-
-
-def newest_at(arrival: Array, stream_arrival: Array, values: Array, before: float = np.nan) -> Array:
-    """The newest of the values (m,) that had arrived at the times `arrival` (n,) [s]; `before` where none had."""
-    if not values.size:
-        return np.full(arrival.size, before)
-    order = np.argsort(stream_arrival, kind="stable")
-    place = np.searchsorted(stream_arrival[order], arrival, side="right") - 1
-    return np.where(place >= 0, values[order][np.maximum(place, 0)], before)
-
-
-def since_first_pulse(command: Array) -> Array:
-    """The commands (n,) [µs] of an output from its first pulse on; NaN before it, where the output is not in use."""
-    return np.where(np.maximum.accumulate(is_pulse(command)), command, np.nan)
-
-
 Stream = tuple[Array, Array]
-SURGE, VOLTAGE = "surge", "voltage"
+UNKNOWN_VOLTAGE = (
+    f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V "
+    "(--column voltage=NAME gives it)"
+)
 MAX_CHANGES_NAMED = 6
 """Changes of parameters that are named."""
 
@@ -87,18 +53,14 @@ class MeasuredStreams:
         armed: stamps (n,) [s] and whether the thrusters may turn from then on; None where nothing says so.
         notes: what a person should know of how it came about, one sentence each.
         doubts: why nothing is to be learned of them, one sentence each.
+        since_1970: what makes seconds since 1970 of the stamps [s]; None where the log does not show it.
     """
 
     streams: Mapping[str, Stream]
     armed: Stream | None
     notes: tuple[str, ...]
     doubts: tuple[str, ...] = ()
-
-
-def topics_read(inputs: Inputs, *others: Thrusters) -> frozenset[str]:
-    """The topics that the mapping reads, and those of thrusters that are others under way."""
-    named: tuple[Inputs | Thrusters, ...] = (inputs, *others)
-    return frozenset(place.topic for each in named for place in each.places())
+    since_1970: float | None = None
 
 
 def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Change] = ()) -> MeasuredStreams:
@@ -112,32 +74,130 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
     """
     if inputs.yaw_rate is None:
         raise BadInput("the source of the yaw rate is not given")
-    table = _table(inputs.yaw_rate.topic, tables)
-    stamps = _stamps(inputs.yaw_rate, inputs.yaw_rate.topic, table)
-    clock = Clock.of(_arrival(table, stamps), stamps)
+    thrusters = [each for each in (inputs.thrusters, *(change.thrusters for change in changes)) if each is not None]
+    places = list(dict.fromkeys((*inputs.places(), *(place for each in thrusters for place in each.places()))))
+    _refuse_missing(places, tables)
+    known = _with_whole_stamps(places, tables)
+    doubts = tuple(_two_senders(inputs, known))
+    rate = known[inputs.yaw_rate.topic]
+    stamps = stamps_of(inputs.yaw_rate, rate)
+    clock = Clock.of(arrival_of(rate, stamps), stamps)
     notes = [set_at(at) for at in clock.sets]
-    if table.arrival is None and inputs.yaw_rate.stamp in table.columns:
-        notes += table_time(table, inputs.yaw_rate.stamp)[1]
-    streams = {"yaw_rate": _stream("yaw_rate", inputs.yaw_rate, tables, clock, notes)}
-    channels = {name: _stream(name, source, tables, clock, notes) for name, source in inputs.channels.items()}
-    moves = None
-    if inputs.torque is not None:
-        streams["torque"] = time, torque = _stream("torque", inputs.torque, tables, clock, notes)
-        place = first_movement([torque], 0.0)
-        moves = None if place is None else float(time[place])
-    elif inputs.thrusters is not None:
-        streams["torque"], moves = _torque(inputs, changes, tables, clock, notes)
-    armed = _armed(inputs, tables, clock, moves, notes)
-    there = {name: each for name, each in channels.items() if each[0].size}
-    doubts = tuple(_two_senders(inputs, tables))
-    return MeasuredStreams(streams | there, armed, tuple(dict.fromkeys((*doubts, *notes))), doubts)
+    if rate.arrival is None and stamps is not None:
+        notes += table_time(tables[inputs.yaw_rate.topic], inputs.yaw_rate.stamp)[1]
+    state = State(clock, _first_voltage(inputs, known))
+    known, marks = _without_marks(inputs, known)
+    state, found, own = take(inputs, state, known, changes)
+    for settings in thrusters:
+        if settings.command == "pwm" and (silent := silent_outputs(settings, state, outputs_alone=True)):
+            raise BadInput(without_pulse(settings, silent))
+    notes += [*_notes(inputs, clock, known, own, marks), *_change_sentences(changes, clock)]
+    if has_unknown_voltage(inputs, state):
+        notes.append(Assumption(UNKNOWN_VOLTAGE))
+    armed = _armed(inputs, known, clock, None if state.moved is None else state.moved[0], notes)
+    streams = {RATE: NONE, **({TORQUE: NONE} if thrusters or inputs.torque is not None else {}), **found}
+    rising = {name: _rising(mapped.t, mapped.value) for name, mapped in streams.items()}
+    there = {name: each for name, each in rising.items() if each[0].size or name in (RATE, TORQUE)}
+    return MeasuredStreams(there, armed, tuple(dict.fromkeys((*doubts, *notes))), doubts)
+
+
+def _refuse_missing(places: Sequence[Place], tables: Mapping[str, Table]) -> None:
+    """Raises BadInput where a topic or a field of the mapping is not there; outputs without a pulse are named later."""
+    for place in places:
+        an_output = place.name.startswith("thrusters.each") and output(place.topic, place.field) is not None
+        if an_output or place.name == "armed":
+            continue
+        if place.topic not in tables:
+            if place.name == "thrusters.measured_voltage":
+                continue
+            raise BadInput(f"there is no topic {place.topic}; `incsvr inspect FILE` lists all")
+        columns = tables[place.topic].columns
+        missing = [path for path in (place.field, place.stamp) if path not in (*columns, ARRIVAL)]
+        if missing and (missing[0] or not place.field):
+            known = ", ".join(list(columns)[:12])
+            raise BadInput(
+                f"there is no number {missing[0]} in {place.topic}, but {known}; `incsvr inspect FILE` lists them all"
+            )
+
+
+def _with_whole_stamps(places: Sequence[Place], tables: Mapping[str, Table]) -> dict[str, Table]:
+    """The tables with stamps as all of them show them: those that go on, without those that nobody set."""
+    found = dict(tables)
+    stamps = ((place.topic, place.stamp, place.stamp_unit) for place in places)
+    for topic, stamp, unit in dict.fromkeys(stamps):
+        table = tables.get(topic)
+        if table is None or stamp not in table.columns:
+            continue
+        if table.arrival is None:
+            time, _ = table_time(table, stamp)
+        else:
+            time = table.columns[stamp]
+            time = np.where(np.isnan(without_unset(time * STAMP_UNITS[unit])), np.nan, time)
+        known = time[np.isfinite(time)]
+        if known.size > 1 and not np.ptp(known):  # nobody set them
+            time = np.full(time.size, np.nan)
+        elif known.size and table.arrival is not None and table.arrival.size > 1 and not np.ptp(table.arrival):
+            found[topic] = replace(found[topic], arrival=None)
+        found[topic] = replace(found[topic], columns={**found[topic].columns, stamp: time})
+    return found
+
+
+def _first_voltage(inputs: Inputs, tables: Mapping[str, Table]) -> dict[FieldPlace, float]:
+    """The battery's first voltage [V], which holds before it was told."""
+    battery = battery_of(inputs)
+    values = np.empty(0) if battery is None else real_values(battery, inputs, tables)[0]
+    return {(battery.topic, battery.field): float(values[0])} if battery is not None and values.size else {}
+
+
+def _without_marks(inputs: Inputs, tables: dict[str, Table]) -> tuple[dict[str, Table], dict[str, str]]:
+    """The tables without a sensor's marks of no measurement, and the notes on these by stream."""
+    found, notes = dict(tables), dict[str, str]()
+    for name, source in inputs.sources.items():
+        values, note = without_marks(name, tables[source.topic].columns[source.field], name in EFFORTS)
+        if note is not None:
+            notes[name] = note
+            table = found[source.topic]
+            found[source.topic] = replace(table, columns={**table.columns, source.field: values})
+    return found, notes
+
+
+def _notes(
+    inputs: Inputs,
+    clock: Clock,
+    tables: Mapping[str, Table],
+    own: Mapping[tuple[str, str], bool],
+    marks: Mapping[str, str],
+) -> Iterator[str]:
+    """Sentences on the marks and the stamps of each stream.
+
+    Args:
+        own: by stream and topic, whether its own stamps count.
+
+    Raises:
+        BadInput: the stamps are of a simulator whose clock the yaw rate does not bear.
+    """
+    for (name, topic), is_own in own.items():
+        yield from (note for marked, note in marks.items() if marked == name)
+        source = inputs.sources.get(name, inputs.thrusters)
+        stamps = None if source is None else stamps_of(source, tables[topic])
+        unset = 0 if stamps is None else int(np.isnan(stamps).sum())
+        if unset and is_own:
+            count = tables[topic].count
+            yield f"{unset} of {count} messages of {topic} have no stamp: their times of arrival are used"
+        if clock.pace != 1.0 and not is_own:
+            yield pace_note(RATE, clock.pace)
+        if stamps is not None and not is_own:
+            if clock.of_arrival and (found := pace(arrival_of(tables[topic], stamps), stamps)) != 1.0:
+                raise BadInput(
+                    f"yaw_rate bears no stamp, and those of {name} run at {found:.3g} times the speed of the "
+                    "arrivals, as a simulator's do: record the yaw rate with stamps of that clock"
+                )
+            yield f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used"
 
 
 def _two_senders(inputs: Inputs, tables: Mapping[str, Table]) -> Iterator[str]:
     """Sentences on a yaw rate, a torque or commands that two senders send, by their values or their clocks."""
-    places = [
-        (name, each, each.topic, each.field) for name in ("yaw_rate", "torque") if (each := getattr(inputs, name))
-    ]
+    places = [(name, each, each.topic, each.field) for name in (RATE, TORQUE) if (each := getattr(inputs, name))]
     if inputs.thrusters is not None:
         of_each = zip(inputs.thrusters.each, inputs.thrusters.topics, strict=True)
         places += [("a thruster's command", inputs.thrusters, topic, each.field) for each, topic in of_each]
@@ -145,80 +205,18 @@ def _two_senders(inputs: Inputs, tables: Mapping[str, Table]) -> Iterator[str]:
         table = tables[topic]
         if path not in table.columns:
             continue
-        stamps, values = _stamps(source, topic, table), table.columns[path]
-        known = by_turns(table.columns[SENDER], values) if SENDER in table.columns else None
-        time = _arrival(table, stamps) if stamps is None else stamps
-        share = alternates(_rising(time, values)[1]) if known is None else known
+        stamps, values = stamps_of(source, table), table.columns[path]
+        share = by_turns(table.columns[SENDER], values) if SENDER in table.columns else None
+        named = share is not None
+        if share is None:
+            share = alternates(_rising(arrival_of(table, stamps) if stamps is None else stamps, values)[1])
         if share is not None:
-            yield sentence(name, topic, share, known is not None)
+            yield sentence(name, topic, share, named)
         if table.arrival is not None and stamps is not None and two_clocks(table.arrival, stamps):
             yield (
                 f"the stamps of {topic} are of two clocks by turns: two senders send {name} under one name; let one of "
                 "them be silent, or give it a name of its own, and record again"
             )
-
-
-def _table(topic: str, tables: Mapping[str, Table]) -> Table:
-    if topic not in tables:
-        raise BadInput(f"there is no topic {topic}; `incsvr inspect FILE` lists all")
-    return tables[topic]
-
-
-def _column(field: str, topic: str, table: Table) -> Array:
-    if field not in table.columns:
-        known = ", ".join(list(table.columns)[:12])
-        raise BadInput(f"there is no number {field} in {topic}, but {known}; `incsvr inspect FILE` lists them all")
-    return table.columns[field]
-
-
-def _stamps(source: Source | Thrusters | Armed, topic: str, table: Table) -> Array | None:
-    """The stamps of a table by its own clock [s]; None where the time of arrival counts, or nobody set the stamps."""
-    if source.stamp in ("", ARRIVAL):
-        return None
-    stamps = _column(source.stamp, topic, table)
-    if table.arrival is None:
-        stamps, _ = table_time(table, source.stamp)
-    stamps = stamps * STAMP_UNITS[source.stamp_unit]
-    if table.arrival is not None:
-        stamps = without_unset(stamps)
-    known = stamps[np.isfinite(stamps)]
-    return stamps if known.size and (known.size == 1 or np.ptp(known) > 0.0) else None
-
-
-def _arrival(table: Table, stamps: Array | None) -> Array:
-    """The times of writing of the messages [s], or their stamps if there are no others."""
-    unset = table.arrival is not None and stamps is not None and table.arrival.size > 1 and not np.ptp(table.arrival)
-    arrival = stamps if table.arrival is None or unset else table.arrival
-    if arrival is None:
-        raise BadInput("no column of the time is known: name it, as in --column t=stamp:ms")
-    return arrival
-
-
-def _stream(name: str, source: Source, tables: Mapping[str, Table], clock: Clock, notes: list[str]) -> Stream:
-    table = _table(source.topic, tables)
-    values, note = without_marks(name, _column(source.field, source.topic, table), name in EFFORTS)
-    notes += [] if note is None else [note]
-    values = values * source.factor
-    return _rising(_times(name, source, source.topic, table, clock, notes), values)
-
-
-def _times(name: str, source: Source | Thrusters, topic: str, table: Table, clock: Clock, notes: list[str]) -> Array:
-    stamps = _stamps(source, topic, table)
-    ours = isinstance(source, Source) and source.form == "incsvr"
-    time, own = clock.times_of(_arrival(table, stamps), stamps, ours)
-    unset = 0 if stamps is None else int(np.isnan(stamps).sum())
-    if unset and own:
-        notes.append(f"{unset} of {time.size} messages of {topic} have no stamp: their times of arrival are used")
-    if clock.pace != 1.0 and not own:
-        notes.append(pace_note("yaw_rate", clock.pace))
-    if stamps is not None and not own:
-        if clock.of_arrival and (found := pace(_arrival(table, None), stamps)) != 1.0:
-            raise BadInput(
-                f"yaw_rate bears no stamp, and those of {name} run at {found:.3g} times the speed of the arrivals, "
-                "as a simulator's do: record the yaw rate with stamps of that clock"
-            )
-        notes.append(f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used")
-    return time
 
 
 def _rising(time: Array, values: Array) -> Stream:
@@ -228,84 +226,6 @@ def _rising(time: Array, values: Array) -> Stream:
     order = np.argsort(time, kind="stable")
     unique, first = np.unique(time[order], return_index=True)
     return unique, values[order][first]
-
-
-def _torque(
-    inputs: Inputs, changes: Sequence[Change], tables: Mapping[str, Table], clock: Clock, notes: list[str]
-) -> tuple[Stream, float | None]:
-    """The moment of all thrusters from their commands, and when these first move [s]; None where they never do."""
-    parts = [Change(-np.inf, inputs.thrusters, ()), *changes]
-    streams: list[Stream] = []
-    moves: list[float] = []
-    for part, until in zip(parts, [*(change.since for change in changes), np.inf], strict=True):
-        settings = part.thrusters
-        if settings is None or part.since == until:
-            continue
-        time, arrival, commands = _commands(settings, tables, clock, notes)
-        inside = (arrival >= part.since) & (arrival < until)
-        time, arrival, commands = time[inside], arrival[inside], [command[inside] for command in commands]
-        place = first_movement(commands, least_movement(settings))
-        moves += [] if place is None else [float(time[place])]
-        volts = _volts(settings, inputs, tables, arrival, notes)
-        surge = _newest_before(inputs.channels[SURGE], tables, arrival, 0.0) if SURGE in inputs.channels else None
-        turned = {k: each.turned_by for k, each in enumerate(settings.each) if each.turned_by is not None}
-        angles = {k: _newest_before(source, tables, arrival) for k, source in turned.items()}
-        speed = np.zeros(time.size) if surge is None else surge
-        streams.append((time, moment(settings, commands, volts, speed, angles)))
-    notes += _change_sentences(changes, clock)
-    time, torque = (np.concatenate(each) for each in zip(*streams, strict=True))
-    return _rising(time, torque), min(moves, default=None)
-
-
-def _commands(
-    settings: Thrusters, tables: Mapping[str, Table], clock: Clock, notes: list[str]
-) -> tuple[Array, Array, list[Array]]:
-    """The stamps [s] and times of arrival [s] of the thrusters' commands, and each thruster's command by then."""
-    found, silent = [], []
-    for k, (each, topic) in enumerate(zip(settings.each, settings.topics, strict=True)):
-        an_output = settings.command == "pwm" and output(topic, each.field) is not None
-        if an_output and each.field not in (tables[topic].columns if topic in tables else {}):
-            silent.append(k)
-            continue
-        table = _table(topic, tables)
-        command = _column(each.field, topic, table)
-        if settings.command == "pwm":
-            command = since_first_pulse(command)
-        if an_output and np.isnan(command).all():
-            silent.append(k)
-        arrival = _arrival(table, _stamps(settings, topic, table))
-        found.append(CommandStream(_times("torque", settings, topic, table, clock, notes), arrival, command))
-    if silent:
-        raise BadInput(without_pulse(settings, silent))
-    return join_commands(found)
-
-
-def _newest_before(source: Source, tables: Mapping[str, Table], arrival: Array, before: float = np.nan) -> Array:
-    """The newest value of a quantity at the arrival (n,) [s] of commands, as on a bus."""
-    table = _table(source.topic, tables)
-    values = _column(source.field, source.topic, table) * source.factor
-    known = np.isfinite(values)
-    return newest_at(arrival, _arrival(table, _stamps(source, source.topic, table))[known], values[known], before)
-
-
-def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arrival: Array, notes: list[str]) -> Array:
-    """The battery's voltage (n,) [V] when commands arrived; before the first one was told, the first one."""
-    source = settings.measured_voltage or inputs.channels.get(VOLTAGE)
-    if source is not None and source.topic in tables:
-        table = tables[source.topic]
-        volts = _column(source.field, source.topic, table) * source.factor
-        real = is_battery_voltage(volts)
-        if real.any():
-            return newest_at(
-                arrival, _arrival(table, _stamps(source, source.topic, table))[real], volts[real], volts[real][0]
-            )
-    said = Assumption(
-        f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V "
-        "(--column voltage=NAME gives it)"
-    )
-    if settings.voltage is None and settings.curve == "t200" and said not in notes:
-        notes.append(said)
-    return np.full(arrival.size, T200_NOMINAL_V if settings.voltage is None else settings.voltage)
 
 
 def _change_sentences(changes: Sequence[Change], clock: Clock) -> list[str]:
@@ -340,8 +260,8 @@ def _armed(
         return _by_movement(settings.topic, moves, notes) if settings.events else None
     values = table.columns[settings.field]
     told = says_something(settings, values)
-    stamps = _stamps(settings, settings.topic, table)
-    time, _ = clock.times_of(_arrival(table, stamps), stamps)
+    stamps = stamps_of(settings, table)
+    time, _ = clock.times_of(arrival_of(table, stamps), stamps)
     time, armed = time[told], says_armed(settings, values)[told]
     if not settings.events:
         return time, armed.astype(np.float64)

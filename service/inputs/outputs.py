@@ -80,12 +80,19 @@ def least_movement(settings: Thrusters) -> float:
     return {"pwm": MIN_PULSE_MOVEMENT_US, "fraction": MIN_PULSE_MOVEMENT_US / FULL_PULSE_US}.get(settings.command, 0.0)
 
 
-def first_movement(commands: Sequence[Array], least: float) -> int | None:
-    """The place of the first message by which one of the commands (n,), in their order, has moved; None if none did."""
-    moved = np.zeros(commands[0].size if commands else 0, dtype=bool)
-    for command in commands:
+def first_movement(
+    commands: Sequence[Array], least: float, ends: Sequence[tuple[float, float]]
+) -> tuple[int | None, list[tuple[float, float]]]:
+    """The place of the first message by which one of the commands (n,), in their order, has moved; None if none did.
+
+    Args:
+        ends: the least and the greatest of each command before; also returned, after these.
+    """
+    moved, found = np.zeros(commands[0].size, dtype=bool), []
+    for command, (least_before, greatest_before) in zip(commands, ends, strict=True):
         known = np.isfinite(command) & (is_pulse(command) if least == MIN_PULSE_MOVEMENT_US else True)
-        low = np.minimum.accumulate(np.where(known, command, np.inf))
-        high = np.maximum.accumulate(np.where(known, command, -np.inf))
+        low = np.minimum.accumulate(np.where(known, command, np.inf)).clip(max=least_before)
+        high = np.maximum.accumulate(np.where(known, command, -np.inf)).clip(min=greatest_before)
         moved |= high - low > least
-    return int(np.argmax(moved)) if moved.any() else None
+        found.append((float(low[-1]), float(high[-1])) if command.size else (least_before, greatest_before))
+    return int(np.argmax(moved)) if moved.any() else None, found

@@ -98,12 +98,14 @@ class SenderWatch:
     recent: dict[str, deque[float]] = field(default_factory=dict)
     last: dict[str, float] = field(default_factory=dict)
 
-    def add(self, name: str, times: list[float], values: list[float]) -> None:
-        """More values of an input, with their times [s]; those that come again over a second link show nothing."""
-        if not times or self.last.get(name, -np.inf) > times[-1] > self.last[name] - MAX_LATE_S:
-            return
-        self.last[name] = times[-1]
-        self.recent.setdefault(name, deque(maxlen=4 * MIN_VALUES)).extend(values)
+    def add(self, name: str, times: Array, values: Array) -> None:
+        """More values of an input, with their times (n,) [s]; those that come again over a second link show nothing."""
+        recent, last = self.recent.setdefault(name, deque(maxlen=4 * MIN_VALUES)), self.last.get(name, -np.inf)
+        for time, value in zip(times.tolist(), values.tolist(), strict=True):
+            if not last > time > last - MAX_LATE_S:
+                last = time
+                recent.append(value)
+        self.last[name] = last
 
     def share(self, name: str) -> float | None:
         """As `alternates`, of the newest values."""

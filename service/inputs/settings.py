@@ -128,14 +128,24 @@ class Place:
     """The source of an input, as a configuration names it.
 
     Attributes:
-        name: of what it is in the section, such as `channels.depth` or `thrusters`.
+        name: of what it is in the section, such as `channels.depth` or `thrusters.each.0`.
         topic: topic of a log, key expression on the bus.
         form: of a message on the bus.
+        field, stamp: paths of the number and of the stamp in a message.
+        stamp_unit: of the stamp.
     """
 
     name: str
     topic: str
     form: str
+    field: str
+    stamp: str
+    stamp_unit: StampUnit
+
+    @staticmethod
+    def of(name: str, source: Source | Armed) -> Place:
+        """The place of a source."""
+        return Place(name, source.topic, source.form, source.field, source.stamp, source.stamp_unit)
 
 
 class Thrusters(Section):
@@ -189,15 +199,21 @@ class Thrusters(Section):
     @property
     def topics(self) -> tuple[str, ...]:
         """The topics of the thrusters' commands, in the order of the thrusters."""
-        return tuple(each.topic or self.topic for each in self.each)
+        return tuple(topic for topic, _ in self.fields)
+
+    @property
+    def fields(self) -> tuple[tuple[str, str], ...]:
+        """Topic and path of each thruster's command."""
+        return tuple((each.topic or self.topic, each.field) for each in self.each)
 
     def places(self) -> Iterator[Place]:
         """The sources of the commands, then of the battery's voltage and the angles."""
-        for number, topic in enumerate(self.topics):
-            yield Place(f"thrusters.each.{number}", topic, self.form)
-        for source in (self.measured_voltage, *(each.turned_by for each in self.each)):
-            if source is not None:
-                yield Place("thrusters", source.topic, source.form)
+        for number, (each, topic) in enumerate(zip(self.each, self.topics, strict=True)):
+            yield Place(f"thrusters.each.{number}", topic, self.form, each.field, self.stamp, self.stamp_unit)
+            if each.turned_by is not None:
+                yield Place.of(f"thrusters.each.{number}.turned_by", each.turned_by)
+        if self.measured_voltage is not None:
+            yield Place.of("thrusters.measured_voltage", self.measured_voltage)
 
 
 class Inputs(Section):
@@ -235,11 +251,17 @@ class Inputs(Section):
         """All sources that it names."""
         for name, source in (("yaw_rate", self.yaw_rate), ("torque", self.torque), ("armed", self.armed)):
             if source is not None:
-                yield Place(name, source.topic, source.form)
+                yield Place.of(name, source)
         for name, channel in self.channels.items():
-            yield Place(f"channels.{name}", channel.topic, channel.form)
+            yield Place.of(f"channels.{name}", channel)
         if self.thrusters is not None:
             yield from self.thrusters.places()
+
+    @property
+    def sources(self) -> dict[str, Source]:
+        """The sources of its streams by name, the yaw rate's first."""
+        named = {"yaw_rate": self.yaw_rate, **self.channels, "torque": self.torque}
+        return {name: source for name, source in named.items() if source is not None}
 
     @property
     def own(self) -> bool:

@@ -1,21 +1,18 @@
-"""A key of the bus that was heard: how its messages are read, and where in one the numbers and the stamp stand."""
+"""A key of the bus that was heard: how its messages are read, and those that wait to be mapped."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from array import array
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from math import nan
 from typing import Any
 
-from service.inputs.forms import as_float, number
-from service.inputs.forms.cdr import has_header
-from service.inputs.presets.ros import RATE_PATHS, TORQUE_PATHS
-from service.inputs.settings import ARRIVAL, Armed, Source, Thrusters
-from service.inputs.table import HEADER_STAMP, usual_stamp
-from service.inputs.units import STAMP_UNITS
-from service.inputs.vehicles import VehicleEvidence
+import numpy as np
 
-RATE, TORQUE, VOLTAGE, SURGE = "yaw_rate", "torque", "voltage", "surge"
+from service.inputs.forms import as_float, number
+from service.inputs.table import MESSAGE, Table
+from service.inputs.vehicles import VehicleEvidence
 
 
 @dataclass(slots=True)
@@ -28,10 +25,9 @@ class SourceBinding:
         fields: paths of what stands in them, as the first one showed.
         message: the newest.
         count: of messages; the first and the last of them came at these times [s].
-        quantities: what is taken from them, by name.
-        commands: the thrusters whose commands stand in them, by their numbers.
-        armed: how they say whether the thrusters may turn.
         evidence: what they show of the vehicle that they are of.
+        numbers: the paths of the numbers that are taken from them.
+        stamps: the paths of their stamps.
     """
 
     form: str
@@ -41,50 +37,50 @@ class SourceBinding:
     count: int = 0
     first: float = 0.0
     last: float = 0.0
-    quantities: list[tuple[str, Source]] = field(default_factory=list)
-    commands: list[int] = field(default_factory=list)
-    armed: Armed | None = None
     evidence: VehicleEvidence | None = None
+    numbers: tuple[str, ...] = ()
+    stamps: tuple[str, ...] = ()
+    _arrival: array[float] = field(default_factory=lambda: array("d"))
+    _columns: dict[str, array[float]] = field(default_factory=dict)
 
     @property
     def type(self) -> str:
-        """The type of its messages, where they are CDR."""
-        return self.form.removeprefix("cdr:") if self.form.startswith("cdr:") else ""
+        """The type of its messages: that of CDR, or the form that says what stands in them; empty for plain JSON."""
+        return "" if self.form == "json" else self.form.removeprefix("cdr:")
 
-    def path(self, name: str, told: str) -> str:
-        """The path of a number: as configured, within MAVLink's `message`, or the form's own."""
-        if told and told not in self.fields and f"message.{told}" in self.fields:
-            return f"message.{told}"
-        if told:
-            return told
-        if self.form in ("keelson", "incsvr"):
-            return "value"
-        usual = {RATE: RATE_PATHS, TORQUE: TORQUE_PATHS}.get(name, {}).get(self.type)
-        return usual or ("data" if self.type.startswith("std_msgs/") else "")
+    def rows(self) -> tuple[dict[str, list[float]], list[str]]:
+        """The numbers of the newest message by their paths, as many of each, and why some are left out."""
+        read = {path: numbers(self.message, path) for path in dict.fromkeys((*self.numbers, *self.stamps))}
+        count = max((len(each) for each in read.values() if each is not None), default=0)
+        found = {path: each for path, each in read.items() if each is not None and len(each) == count}
+        if count > 1 and not found.keys() & set(self.stamps):
+            return {}, ["unequal_length"]
+        reasons = ["no_field" for path in self.numbers if read[path] is None][:1]
+        return found, [*reasons, *("unequal_length" for each in read.values() if each and len(each) != count)]
 
-    def stamp(self, source: Source | Thrusters) -> tuple[str, float]:
-        """The path of the stamp, empty for the time of arrival, and its unit in seconds."""
-        if source.stamp == ARRIVAL:
-            return "", 1.0
-        if source.stamp:
-            return self.path("", source.stamp), STAMP_UNITS[source.stamp_unit]
-        if self.form in ("keelson", "incsvr"):
-            return {"keelson": "timestamp", "incsvr": "t"}[self.form], 1.0
-        if has_header(self.type):
-            return HEADER_STAMP, 1.0
-        path, unit = usual_stamp(self.fields)
-        return path, STAMP_UNITS[unit]
+    def fits(self, rows: Iterable[str]) -> bool:
+        """Whether rows with these paths continue those that wait."""
+        return not self._arrival or self._columns.keys() == {MESSAGE, *rows}
 
-    def stamps(self, source: Source | Thrusters) -> list[float] | None:
-        """The stamps of the newest message [s]; None where the time of arrival counts."""
-        path, factor = self.stamp(source)
-        found = self.numbers(path) if path else None
-        return None if found is None else [stamp * factor for stamp in found]
+    def wait(self, rows: dict[str, list[float]], arrival: float, message: int) -> None:
+        """Adds rows of one message, which has this running number, to those that wait."""
+        count = max(map(len, rows.values()), default=0)
+        self._arrival.extend([arrival] * count)
+        for path, values in {**rows, MESSAGE: [float(message)] * count}.items():
+            self._columns.setdefault(path, array("d")).extend(values)
 
-    def numbers(self, path: str) -> list[float] | None:
-        """The number at a path of the newest message; of our own form all of them."""
-        message = self.message
-        if isinstance(message, dict) and isinstance(message.get(path), list):
-            return [nan if (value := as_float(each)) is None else value for each in message[path]]
-        found = number(message, path)
-        return None if found is None else [found]
+    def table(self) -> Table | None:
+        """The rows that wait, which then no longer do; None without any."""
+        arrival, columns = self._arrival, self._columns
+        self._arrival, self._columns = array("d"), {}
+        return (
+            Table(np.array(arrival), {path: np.array(each) for path, each in columns.items()}, {}) if arrival else None
+        )
+
+
+def numbers(message: Any, path: str) -> list[float] | None:
+    """The number at a path of a message, or all of a list that stands there; None without any."""
+    if type(message) is dict and type(message.get(path)) is list:
+        return [nan if (value := as_float(each)) is None else value for each in message[path]]
+    found = number(message, path)
+    return None if found is None else [found]

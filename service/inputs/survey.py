@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from array import array
-from dataclasses import dataclass, field
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,11 @@ import numpy as np
 from incsvr.checks import implausible
 from incsvr.numerics import Array, running_integral
 from incsvr.signals.message_rates import slow_torque
-from service.inputs.input_mapper import InputMapper
-from service.inputs.source_binding import RATE, TORQUE, SourceBinding
+from service.inputs.input_mapper import InputMapper, Message
+from service.inputs.live_clock import RATE
+from service.inputs.mapper import TORQUE
+from service.inputs.source_binding import SourceBinding
+from service.inputs.values import Values
 
 HEADING = "heading"
 MIN_TURN_RAD = 0.2
@@ -27,21 +29,6 @@ UNIT_PACES = {1e3: "milliseconds", 1e6: "microseconds", 1e9: "nanoseconds"}
 QUANTITY_WORDS = {RATE: "the yaw rate", TORQUE: "the torque"}
 
 
-@dataclass(slots=True)
-class InputRecord:
-    """One input: stamps [s], values in SI units, and when they came [s]."""
-
-    t: array[float] = field(default_factory=lambda: array("d"))
-    value: array[float] = field(default_factory=lambda: array("d"))
-    arrival: array[float] = field(default_factory=lambda: array("d"))
-
-    @property
-    def stream(self) -> tuple[Array, Array]:
-        """The values sorted by stamps, each once."""
-        time, first = np.unique(np.array(self.t), return_index=True)
-        return time, np.array(self.value)[first]
-
-
 class Survey:
     """Follows what a mapping hears.
 
@@ -51,15 +38,18 @@ class Survey:
 
     def __init__(self, mapper: InputMapper, limits: dict[str, float]) -> None:
         self.mapper, self._limits = mapper, limits
-        self.records: dict[str, InputRecord] = {}
+        self._parts: dict[str, list[Values]] = {}
 
-    def hear(self, key: str, payload: bytes, arrival: float) -> None:
-        """A message came."""
-        for heard in self.mapper.hear(key, payload, arrival):
-            came = self.records.setdefault(heard.name, InputRecord())
-            came.t.extend(heard.t)
-            came.value.extend(heard.value)
-            came.arrival.extend([arrival] * len(heard.t))
+    def take(self, messages: Iterable[Message]) -> None:
+        """Messages came."""
+        for name, values in self.mapper.take(messages).items():
+            self._parts.setdefault(name, []).append(values)
+
+    @property
+    def records(self) -> dict[str, Values]:
+        """The values of each input that came until now."""
+        self._parts = {name: [Values.joined(parts)] for name, parts in self._parts.items()}
+        return {name: joined for name, (joined,) in self._parts.items()}
 
     def missing(self) -> dict[str, str]:
         """The inputs that did not arrive, by name: a sentence with the cure."""
@@ -78,7 +68,7 @@ class Survey:
         if heading:
             found[RATE].append(heading)
         if RATE in self.records and TORQUE in self.records:
-            slow = slow_torque(self.records[RATE].stream, self.records[TORQUE].stream)
+            slow = slow_torque(_stream(self.records[RATE]), _stream(self.records[TORQUE]))
             found[TORQUE] += [] if slow is None else [slow.on_a_bus(self.mapper.inputs.preset == "blueos")]
         return {name: sentences for name, sentences in found.items() if sentences}
 
@@ -98,7 +88,7 @@ class Survey:
         return {
             "inputs": inputs,
             "armed": self.mapper.armed,
-            "armed_by": next((key for key, binding in self.mapper.bindings.items() if binding.armed is not None), None),
+            "armed_by": next(iter(self.mapper.keys_of("armed")), None),
             "parameters": dict(self.mapper.parameters),
             "missing": self.missing(),
             "notices": list(dict.fromkeys((*self.mapper.notices(), *self.mapper.notes))),
@@ -106,26 +96,22 @@ class Survey:
             "heard": heard,
         }
 
-    def _input(self, name: str, came: InputRecord, doubts: list[str]) -> dict[str, Any]:
-        _, values = came.stream
-        finite = values[np.isfinite(values)]
+    def _input(self, name: str, came: Values, doubts: list[str]) -> dict[str, Any]:
+        finite, span = came.value[np.isfinite(came.value)], self._span(name)
         return {
-            "keys": self._keys_bound_to(name),
-            "count": len(came.t),
-            "rate_hz": _rate(np.array(came.arrival)),
+            "keys": self.mapper.keys_of(name),
+            "count": came.t.size,
+            "rate_hz": (came.t.size - 1) / span if span > 0.0 else 0.0,
             "low": float(finite.min()) if finite.size else None,
             "high": float(finite.max()) if finite.size else None,
             "stamps": "arrival" if self.mapper.placed.get(name) is False else "own",
             "doubts": doubts,
         }
 
-    def _keys_bound_to(self, name: str) -> list[str]:
-        """The keys that an input comes from."""
-        return [
-            key
-            for key, binding in self.mapper.bindings.items()
-            if any(each == name for each, _ in binding.quantities) or (name == TORQUE and binding.commands)
-        ]
+    def _span(self, name: str) -> float:
+        """The time over which the messages of an input arrived [s]."""
+        heard = [self.mapper.bindings[key] for key in self.mapper.keys_of(name)]
+        return max(each.last for each in heard) - min(each.first for each in heard) if heard else 0.0
 
     def _keys_of(self, name: str) -> list[str]:
         inputs = self.mapper.inputs
@@ -134,9 +120,9 @@ class Survey:
             return [source.topic]
         return [] if name == RATE or inputs.thrusters is None else sorted(set(inputs.thrusters.topics))
 
-    def _doubts(self, name: str, came: InputRecord) -> list[str]:
+    def _doubts(self, name: str, came: Values) -> list[str]:
         found = []
-        values, arrival, t = np.array(came.value), np.array(came.arrival), np.array(came.t)
+        values, span = came.value, self._span(name)
         limit = self._limits.get(name)
         if limit is not None:
             beyond = int(np.count_nonzero(~(np.abs(values) <= limit)))
@@ -145,8 +131,8 @@ class Survey:
                 found.append(finding.sentence)
             if values.size > 1 and np.ptp(values) < MIN_CHANGE_PART * limit:
                 found.append(f"{QUANTITY_WORDS[name]} is constant at {round(values[0], 9):g}")
-        if arrival.size > 1 and self.mapper.placed.get(name) is not False and np.ptp(arrival) > 1.0:
-            pace = float(np.ptp(t)) / float(np.ptp(arrival))
+        if self.mapper.placed.get(name) is not False and span > 1.0:
+            pace = float(np.ptp(came.t)) / span
             unit = next((unit for factor, unit in UNIT_PACES.items() if 0.5 < pace / factor < 2.0), None)
             if unit is not None:
                 found.append(f"its stamps count {unit}: set stamp_unit")
@@ -158,7 +144,7 @@ class Survey:
         """Whether the yaw rate turns as the heading does, where there is one and it turned."""
         if RATE not in self.records or HEADING not in self.records:
             return None
-        (time, rate), (stamps, heading) = self.records[RATE].stream, self.records[HEADING].stream
+        (time, rate), (stamps, heading) = _stream(self.records[RATE]), _stream(self.records[HEADING])
         if time.size < 3 or stamps.size < 3:
             return None
         turned = running_integral(time, rate)
@@ -175,14 +161,15 @@ class Survey:
         return f"it turns {ratio:.2g} times as far as the heading: {why}"
 
 
+def _stream(came: Values) -> tuple[Array, Array]:
+    """The values sorted by stamps, each once."""
+    time, first = np.unique(came.t, return_index=True)
+    return time, came.value[first]
+
+
 def _hertz(binding: SourceBinding) -> float:
     return (
         (binding.count - 1) / (binding.last - binding.first)
         if binding.count > 1 and binding.last > binding.first
         else 0.0
     )
-
-
-def _rate(arrival: Array) -> float:
-    span = float(np.ptp(arrival)) if arrival.size > 1 else 0.0
-    return (arrival.size - 1) / span if span > 0.0 else 0.0

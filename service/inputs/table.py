@@ -13,6 +13,8 @@ from service.inputs.settings import StampUnit
 
 ROWS = "rows"
 """The name of the one topic of a log that is a table."""
+MESSAGE = "(message)"
+"""The column with the running number of a row's message, on a bus: no field has a bracket."""
 
 
 class Assumption(str):
@@ -105,3 +107,10 @@ def leaves(message: Any, path: str = "", depth: int = 0) -> Iterator[tuple[str, 
         elif not isinstance(message, bytes | bytearray):
             for index, item in enumerate(message):
                 yield from leaves(item, f"{path}[{index}]", depth + 1)
+
+
+def table_of(message: Any) -> Table:
+    """One message as a table."""
+    found = dict(leaves(message))
+    numbers = {path: np.array([value]) for path, value in found.items() if not isinstance(value, str)}
+    return Table(None, numbers, {path: (value,) for path, value in found.items() if isinstance(value, str)})

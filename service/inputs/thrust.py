@@ -65,20 +65,6 @@ def is_battery_voltage(volts: Array) -> NDArray[np.bool_]:
     return (volts > 6.0) & (volts < 26.0)
 
 
-def moment(
-    settings: Thrusters, commands: Sequence[Array], volts: Array, speed: Array, angles: Mapping[int, Array]
-) -> Array:
-    """Moment of all thrusters about the axis, or their force along it (n,) [N m], [N].
-
-    Args:
-        commands: (n,) of each thruster, as it is told.
-        volts: (n,) of the battery [V].
-        speed: (n,) of the vehicle along its bow [m/s].
-        angles: (n,) by which those that can be turned are, by their number [rad].
-    """
-    return np.asarray(efforts(settings, (settings.axis,), commands, volts, speed, angles)[0])
-
-
 def efforts(
     settings: Thrusters,
     axes: Sequence[Axis],
@@ -87,7 +73,14 @@ def efforts(
     speed: Array,
     angles: Mapping[int, Array],
 ) -> Array:
-    """Moments of all thrusters about each of the axes, or forces along it, (axes, n) [N m], [N]; else as `moment`."""
+    """Moments of all thrusters about each of the axes, or forces along it, (axes, n) [N m], [N].
+
+    Args:
+        commands: (n,) of each thruster, as it is told.
+        volts: (n,) of the battery [V].
+        speed: (n,) of the vehicle along its bow [m/s].
+        angles: (n,) by which those that can be turned are, by their number [rad].
+    """
     forward = [
         command if each.direction > 0 else _reversed_command(settings, command)
         for each, command in zip(settings.each, commands, strict=True)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from incsvr.numerics import Array
 from service.inputs.settings import Inputs
-from service.inputs.table import Table
 from service.inputs.vehicles import (
-    VehicleEvidence,
     Vehicles,
     evidence_of,
     named_vehicle,
@@ -64,22 +64,15 @@ def _look(log: Log, candidates: set[str], vehicles: Vehicles) -> None:
     signs = {topic.name: found for topic in log.topics if (found := evidence_of(topic)) is not None}
     signs = {name: found for name, found in signs.items() if found.system in candidates}
     tables = log.read(list(signs))
-    rows = [(signs[name], table, row) for name, table in tables.items() for row in range(_arrival(table).size)]
-    arrival = np.concatenate([_arrival(table) for table in tables.values()]) if tables else np.empty(0)
+    tables = {name: table for name, table in tables.items() if table.arrival is not None}
+    rows = [(signs[name], table.columns, row) for name, table in tables.items() for row in range(table.count)]
+    arrival = np.concatenate([np.empty(0), *(each.arrival for each in tables.values() if each.arrival is not None)])
     for k in np.argsort(arrival, kind="stable"):
-        found, table, row = rows[k]
-        vehicles.take(found, _number(found, table, row))
+        sign, columns, row = rows[k]
+        vehicles.take(sign, partial(_number, columns, row))
         if vehicles.is_settled:
             return
 
 
-def _arrival(table: Table) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    return np.empty(0) if table.arrival is None else table.arrival
-
-
-def _number(found: VehicleEvidence, table: Table, row: int) -> Callable[[str], float | None]:
-    def number(path: str) -> float | None:
-        column = table.columns.get(path)
-        return None if column is None else float(column[row])
-
-    return number
+def _number(columns: Mapping[str, Array], row: int, path: str) -> float | None:
+    return float(columns[path][row]) if path in columns else None

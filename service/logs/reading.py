@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -12,71 +13,42 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.inputs import self_description
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import ColumnSpec, parse_columns, split_file
-from service.inputs.measured_streams import MeasuredStreams, measure, topics_read
+from service.inputs.measured_streams import MeasuredStreams, measure
+from service.inputs.naming import inside, renamed
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.presets.columns import time_column
 from service.inputs.presets.proposal import Change
-from service.inputs.settings import Inputs, Source, StampUnit, Thruster
+from service.inputs.self_description import ParameterEpoch, parameter_epochs
+from service.inputs.settings import Inputs, StampUnit
 from service.inputs.table import ROWS, Assumption, Table, Topic, usual_stamp
 from service.inputs.units import STAMP_UNITS
-from service.logs import cutting, self_description
+from service.logs import cutting
 from service.logs.candidates import ranks
 from service.logs.choosing import choose_vehicle
 from service.logs.cutting import Cut, Span, columns_inside, rows_inside
 from service.logs.log import Log
-from service.logs.self_description import ParameterEpoch, parameter_epochs
-
-
-def aliases(topics: Sequence[Topic]) -> dict[str, Topic]:
-    """The topics by their names, and those of the vehicle's autopilot also by the message: `SERVO_OUTPUT_RAW[1]`."""
-    by_message = {message: topic for topic in topics if (message := autopilot_message(topic)) is not None}
-    return {**{topic.name: topic for topic in topics}, **by_message}
 
 
 def with_log_names(inputs: Inputs, topics: Sequence[Topic]) -> Inputs:
-    """The mapping with topics and paths as they are in a log.
+    """The mapping with topics and paths as they are in a log; those of the vehicle's autopilot may be named by message.
 
     Args:
         topics: of the vehicle that is taken.
     """
-    known = aliases(topics)
-    update = {name: _source_in_log(getattr(inputs, name), known) for name in ("yaw_rate", "torque", "armed")}
-    channels = {name: _source_in_log(source, known) for name, source in inputs.channels.items()}
-    thrusters = inputs.thrusters
-    if thrusters is not None:
-        each = tuple(_thruster(one, thrusters.topic, known) for one in thrusters.each)
-        voltage = _source_in_log(thrusters.measured_voltage, known)
-        changed = {**_place_in_log(thrusters, thrusters.topic, known), "each": each, "measured_voltage": voltage}
-        thrusters = thrusters.model_copy(update=changed)
-    return inputs.model_copy(update={**update, "channels": channels, "thrusters": thrusters})
+    by_message = {message: topic for topic in topics if (message := autopilot_message(topic)) is not None}
+    known = {**{topic.name: topic for topic in topics}, **by_message}
 
+    def places(name: str, source: Any, topic: str) -> dict[str, Any]:
+        if topic not in known:
+            return {}
+        paths = {each: inside(getattr(source, each, ""), known[topic].fields) for each in ("field", "stamp")}
+        return {"topic": known[topic].name, **paths}
 
-def _thruster(thruster: Thruster, common: str, known: Mapping[str, Topic]) -> Thruster:
-    changed = _place_in_log(thruster, thruster.topic or common, known)
-    if not thruster.topic:
-        changed.pop("topic", None)
-    return thruster.model_copy(update={**changed, "turned_by": _source_in_log(thruster.turned_by, known)})
-
-
-def _source_in_log(source: Any, known: Mapping[str, Topic]) -> Any:
-    """A source, or what says armed, with its topic and paths; None where there is none."""
-    return None if source is None else source.model_copy(update=_place_in_log(source, source.topic, known))
-
-
-def _place_in_log(named: Any, name: str, known: Mapping[str, Topic]) -> dict[str, str]:
-    """The topic and those of the paths that stand elsewhere in its messages: in JSON they are within `message`."""
-    if name not in known:
-        return {}
-    topic = known[name]
-    found = {"topic": topic.name}
-    for attribute in ("field", "stamp"):
-        path = getattr(named, attribute, "")
-        if path and path not in topic.fields and f"message.{path}" in topic.fields:
-            found[attribute] = f"message.{path}"
-    return found
+    return renamed(inputs, places)
 
 
 MAX_STEP_S = 2.0
@@ -155,12 +127,15 @@ def read(path: Path, log: Log, proposal: Proposal) -> MeasuredStreams:
     if proposal.missing:
         raise BadInput(f"{path}: {next(iter(proposal.missing.values()))}")
     inputs, changes = proposal.inputs, proposal.changes
-    used = topics_read(inputs, *(change.thrusters for change in changes if change.thrusters is not None))
+    others = [each.places() for change in changes if (each := change.thrusters) is not None]
+    tables = log.read({place.topic for place in (*inputs.places(), *chain(*others))})
     try:
-        found = measure(inputs, log.read(used), changes)
+        found = measure(inputs, tables, changes)
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
-    return replace(found, notes=(*found.notes, *log.notes))
+    assert inputs.yaw_rate is not None
+    since = cutting.since_1970(found.streams["yaw_rate"][0], tables[inputs.yaw_rate.topic].arrival)
+    return replace(found, notes=(*found.notes, *log.notes), since_1970=since)
 
 
 def writing_times(table: Table, inputs: Inputs) -> Array:
@@ -175,30 +150,17 @@ def writing_times(table: Table, inputs: Inputs) -> Array:
     return stamps * STAMP_UNITS[unit if unit != "s" else guessed_unit(stamps)]
 
 
-def since_1970(log: Log, inputs: Inputs, measured: MeasuredStreams) -> float | None:
-    """The offset of the measurements' stamps to seconds since 1970 [s]; None if the log does not show it."""
-    if inputs.yaw_rate is None:
-        return None
-    table = log.read([inputs.yaw_rate.topic])[inputs.yaw_rate.topic]
-    return cutting.since_1970(measured.streams["yaw_rate"][0], table.arrival)
-
-
 def _stamped(proposal: Proposal, found: Inputs, said: ColumnSpec, log: Log) -> Proposal:
     """The sources of a table all have its time; one whose unit nobody named is told from the numbers.
 
     What a person pointed at in another log is stamped as the preset stamps that topic, or by the topic's usual stamp.
     """
     inputs, missing, notes = proposal.inputs, dict(proposal.missing), list(proposal.notes)
-    stamps: dict[str, tuple[str, StampUnit]] = {}
-    for each in (found, inputs):
-        for source in (each.yaw_rate, each.torque, each.thrusters, *each.channels.values()):
-            if source is not None and source.stamp:
-                stamps[source.topic] = (source.stamp, source.stamp_unit)
-    armed = inputs.armed
-    if armed is not None and armed.topic in stamps:
-        armed = armed.model_copy(update=dict(zip(("stamp", "stamp_unit"), stamps[armed.topic], strict=True)))
-    usual = {topic.name: usual_stamp(topic.fields) for topic in log.topics if topic.name != ROWS}
-    stamps = {name: stamp for name, stamp in usual.items() if stamp[0]} | stamps
+    stamps: dict[str, tuple[str, StampUnit]] = {
+        topic.name: usual for topic in log.topics if topic.name != ROWS and (usual := usual_stamp(topic.fields))[0]
+    }
+    stamped = [place for each in (found, inputs) for place in each.places() if place.stamp and place.name != "armed"]
+    stamps |= {place.topic: (place.stamp, place.stamp_unit) for place in stamped}
     if [topic.name for topic in log.topics] == [ROWS]:
         table = log.read([ROWS])[ROWS]
         dated: tuple[str, StampUnit] = (next(iter(table.instants), ""), "s")
@@ -212,29 +174,21 @@ def _stamped(proposal: Proposal, found: Inputs, said: ColumnSpec, log: Log) -> P
                 missing["t"] = doubt
             stamps = {ROWS: (stamp, unit)}
             notes += note
-            if armed is not None and armed.topic == ROWS:
-                armed = armed.model_copy(update={"stamp": stamp, "stamp_unit": unit})
         elif (spelt := time_column(tuple(table.texts))) is not None:
             cell = next((cell for cell in table.texts[spelt[0]] if cell), "")
             missing["t"] = (
                 f"the column {spelt[0]!r} holds {cell!r}, which is read as no time: write seconds, or ISO 8601 as in "
                 "2024-05-01T12:00:00.05"
             )
-    changed = {name: _with_stamp(getattr(inputs, name), stamps) for name in ("yaw_rate", "torque")}
-    channels = {name: _with_stamp(each, stamps) for name, each in inputs.channels.items()}
-    thrusters = inputs.thrusters
-    if thrusters is not None and not thrusters.stamp and thrusters.topics[0] in stamps:
-        stamp, unit = stamps[thrusters.topics[0]]
-        thrusters = thrusters.model_copy(update={"stamp": stamp, "stamp_unit": unit})
-    after = inputs.model_copy(update={**changed, "channels": channels, "armed": armed, "thrusters": thrusters})
-    return replace(proposal, inputs=after, missing=missing, notes=tuple(notes))
 
+    def places(name: str, source: Any, topic: str) -> dict[str, Any]:
+        already = name != "armed" and topic != ROWS and bool(getattr(source, "stamp", None))
+        arrives = name == "armed" and topic not in {ROWS, *(place.topic for place in stamped)}
+        if topic not in stamps or already or arrives:
+            return {}
+        return dict(zip(("stamp", "stamp_unit"), stamps[topic], strict=True))
 
-def _with_stamp(source: Source | None, stamps: Mapping[str, tuple[str, StampUnit]]) -> Source | None:
-    if source is None or source.topic not in stamps or (source.stamp and source.topic != ROWS):
-        return source
-    stamp, unit = stamps[source.topic]
-    return source.model_copy(update={"stamp": stamp, "stamp_unit": unit})
+    return replace(proposal, inputs=renamed(inputs, places), missing=missing, notes=tuple(notes))
 
 
 def _unit(said: ColumnSpec, stamp: str, named: StampUnit, table: Table) -> tuple[StampUnit, list[str]]:
@@ -299,7 +253,6 @@ def cut_log(
     inputs: Inputs,
     measured: MeasuredStreams | None,
     cut: Cut,
-    since_1970: float | None,
 ) -> tuple[tuple[Topic, ...], dict[str, Table], MeasuredStreams | None]:
     """Topics, messages and measurements that a cut holds. Messages are cut by the time at which they were written.
 
@@ -307,7 +260,6 @@ def cut_log(
 
     Args:
         measured: of the whole log; None where no yaw rate was found.
-        since_1970: what makes seconds since 1970 of the stamps of the measurements [s]; None where nothing says it.
 
     Raises:
         EmptyCut: it holds nothing.
@@ -319,7 +271,7 @@ def cut_log(
     shift = 0.0
     if measured is not None and measured.streams["yaw_rate"][0].size and inputs.yaw_rate is not None:
         stamps = measured.streams["yaw_rate"][0]
-        span = Span(float(stamps[0]), float(stamps[-1]), since_1970)
+        span = Span(float(stamps[0]), float(stamps[-1]), measured.since_1970)
         arrival = written[inputs.yaw_rate.topic]
         shift = float(np.median(arrival[np.isfinite(arrival)]) - np.median(stamps)) if arrival.size else 0.0
     elif every.size:

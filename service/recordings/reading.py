@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,81 +12,43 @@ from typing import get_args
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.plant.words import words_of
-from incsvr.signals.steps import refuse_steps
 from service.cli.progress import progress
 from service.config.configuration import Config
-from service.inputs.arming import Spans, arming_spans, is_within
 from service.inputs.clocks import table_time
-from service.inputs.column_spec import of_this_log, split_file, typed_source, typed_source_with_unit
-from service.inputs.measured_streams import MeasuredStreams
-from service.inputs.presets import Proposal
-from service.inputs.settings import Inputs, Preset, Source
+from service.inputs.column_spec import of_this_log, split_file
+from service.inputs.settings import Preset
 from service.inputs.table import ROWS
-from service.inputs.units import SI_UNITS, units_of
 from service.logs import Log, open_any
 from service.logs import reading as logs
-from service.logs.candidates import turning_instead
 from service.logs.cells import CellFault
 from service.logs.csv_log import open_log as open_csv
 from service.logs.cutting import (
-    ARMED_CHANNEL,
     WHOLE_LOG,
     Cut,
     EmptyCut,
     Span,
     add_cut_arguments,
-    columns_inside,
     empty_cut,
-    rows_inside,
     since_1970,
 )
 from service.logs.dives import Dive, dives
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.logs.suspect_columns import refuse_without_numbers
+from service.recordings.log_recording import armed_alone, recording_of
 from service.recordings.log_refusals import (
     beside_assumptions,
-    refuse_fraction,
-    refuse_still,
     refuse_two_senders,
-    refuse_whole_numbers,
 )
 from service.recordings.recording import (
     Recording,
     column_of_axis,
     continuation,
-    from_streams,
-    put_back,
     with_own_columns,
 )
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.recording_csv import read as read_recording
-from service.recordings.velocities import in_body
-
-
-def cut_recording(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:
-    """The rows of a recording that a cut holds, with the stamps that they have.
-
-    Args:
-        since_1970: what makes seconds since 1970 of its stamps [s]; None where nothing says it.
-
-    Raises:
-        EmptyCut: there is no row in it.
-        BadInput: the cut is a time of day, and nothing says it.
-    """
-    if not cut or not recording.time.size:
-        return recording
-    span = Span(float(recording.time[0]), float(recording.time[-1]), since_1970)
-    inside = rows_inside(recording.time, cut, span)
-    columns = columns_inside(recording.columns, inside)
-    displaced = {name: values[inside] for name, values in recording.displaced.items()}
-    return replace(recording, time=recording.time[inside], columns=columns, displaced=displaced)
-
-
-NEVER_ARMED = "never armed, so there is nothing to learn from: give a log of a dive in which the thrusters were armed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +163,7 @@ class Reading:
         if not found:
             raise EmptyCut(f"{dive.path}: {empty_cut(self.cut, whole)}")
         recording = continuation(found)
-        return _armed_alone(dive.path, recording, self.ours_whole) if self.learns else recording
+        return armed_alone(dive.path, recording, self.ours_whole) if self.learns else recording
 
     def of_one(self, path: Path, log: Log | None = None) -> Recording:
         """A file as a recording.
@@ -222,7 +184,7 @@ class Reading:
             else:
                 if self.learns:
                     refuse_two_senders(path, recording)
-                return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
+                return armed_alone(path, recording, self.ours_whole) if self.learns else recording
         log = open_any(path) if log is None else log
         refuse_without_numbers(path, log)
         description = self.description
@@ -231,70 +193,8 @@ class Reading:
             description = replace(description, columns=columns)
         proposal = logs.describe(log, description)
         measured = logs.read(path, log, proposal)
-        since = logs.since_1970(log, proposal.inputs, measured) if self.cut else None
         with beside_assumptions((*proposal.sentences, *measured.notes)):
-            return self._of_measured(path, log, proposal, measured, since)
-
-    def _of_measured(
-        self, path: Path, log: Log, proposal: Proposal, measured: MeasuredStreams, since: float | None
-    ) -> Recording:
-        """The measurements of a log as a recording, or why they are none."""
-        source = proposal.inputs.yaw_rate
-        if self.learns and measured.doubts:
-            raise BadInput(f"{path}: {measured.doubts[0]}")
-        if source is not None and self.axis == YAW and not measured.streams["yaw_rate"][0].size:
-            raise BadInput(
-                f"{path}: there is no value of yaw_rate in {source.topic}"
-                + (turning_instead(log, source, "yaw_rate") or f"; `incsvr inspect {path}` shows what there is")
-            )
-        recording = self._recording(path, measured, proposal.inputs, since)
-        notes = (*proposal.sentences, *measured.notes)
-        units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
-        recording = replace(recording, notes=notes, places=_places(proposal.inputs), units=units)
-        recording = in_body(put_back(recording, self.axis), self.description.inputs)
-        refuse_fraction(path, proposal.inputs, measured, words_of(self.axis))
-        if not self.learns:
-            return recording
-        recording = _armed_alone(path, recording)
-        source, rate = proposal.inputs.yaw_rate, recording.streams()["yaw_rate"][1]
-        refuse_still(path, log, source if self.axis == YAW else None, rate, words_of(self.axis))
-        return recording
-
-    def _recording(self, path: Path, measured: MeasuredStreams, inputs: Inputs, since_1970: float | None) -> Recording:
-        """The streams in the cut as they are, with a channel that says when the vehicle was armed, if anything does."""
-        for name in ("yaw_rate", "torque"):
-            if name not in measured.streams or not measured.streams[name][0].size:
-                raise BadInput(f"{path}: there is no value of {name}; `incsvr inspect {path}` shows what there is")
-        time = measured.streams["yaw_rate"][0]
-        streams = _later(measured.streams)
-        instants = streams["yaw_rate"][0]
-        shift = float(instants[0] - time[0])
-        if measured.armed is not None:
-            on = is_within(instants - shift, arming_spans(*measured.armed))
-            streams = {**streams, ARMED_CHANNEL: (instants, on.astype(np.float64))}
-        for name, (stamps, _) in streams.items():
-            refuse_steps(stamps, f"{path}: the times of {name}")
-        recording = from_streams(path.name, streams)
-        try:
-            recording = cut_recording(recording, self.cut, None if since_1970 is None else since_1970 - shift)
-        except BadInput as error:
-            raise type(error)(f"{path}: {error}") from None
-        for name in ("yaw_rate", "torque") if self.cut else ():
-            if np.isnan(recording.columns[name]).all():
-                raise BadInput(f"{path}: there is no value of {name} in the part that {self.cut} takes")
-        source = inputs.yaw_rate
-        if self.learns and source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit]):
-            refuse_whole_numbers(path, recording.columns["yaw_rate"], self.axis.rate, typed_source(source))
-        time, rate = recording.streams()["yaw_rate"]
-        beyond = np.flatnonzero(np.abs(rate) > self.rate_limit)
-        if beyond.size:
-            words = words_of(self.axis)
-            raise BadInput(
-                f"{path}: {words.rate_column} is {rate[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the plausible "
-                f"±{self.rate_limit:g} {words.rate_unit}{_in_degrees(inputs.yaw_rate, self.axis)}"
-                + (f"; if the vehicle really turns so fast, raise {self.limit_is}" if self.limit_is else "")
-            )
-        return recording
+            return recording_of(self, path, log, proposal, measured)
 
 
 def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
@@ -329,19 +229,6 @@ def _refuse_other_files(args: argparse.Namespace) -> None:
         file, _ = split_file(text)
         if file and file not in names:
             raise BadInput(f"--column {text}: there is no log {file} among {', '.join(names[:6])}")
-
-
-def _places(inputs: Inputs) -> dict[str, str]:
-    """The sources of all quantities, with their units as a person types them."""
-    sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque, **inputs.channels}
-    return {name: typed_source_with_unit(source) for name, source in sources.items() if source is not None}
-
-
-def _in_degrees(source: Source | None, axis: Axis) -> str:
-    """The flag for a yaw rate in degrees per second that was read as rad/s."""
-    if source is None or axis.along or source.unit not in ("", "rad/s"):
-        return ""
-    return f"; if it is in degrees per second, give the unit: --column {axis.rate}={typed_source(source)}:deg/s"
 
 
 def _several(paths: Sequence[Path]) -> int | None:
@@ -379,42 +266,6 @@ def is_ours(path: Path, axis: Axis) -> bool:
     with path.open("rb") as file:
         header = file.readline(100_000).lstrip(b"\xef\xbb\xbf")
     return {"t", axis.rate, axis.effort} <= {name.strip() for name in header.decode(errors="replace").split(",")}
-
-
-def _later(streams: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array, Array]]:
-    """The streams on a clock that does not begin before zero."""
-    shift = max(0.0, -min(float(time[0]) for time, _ in streams.values() if time.size))
-    return {name: (time + shift, values) for name, (time, values) in streams.items()}
-
-
-def armed_spans(recording: Recording) -> Spans | None:
-    """The spans in which the vehicle was armed [s]; None if unknown."""
-    if ARMED_CHANNEL not in recording.columns:
-        return None
-    return arming_spans(*recording.streams()[ARMED_CHANNEL])
-
-
-def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recording:
-    """The part of a recording while the vehicle was armed; with `whole` all of it, if it was armed at all."""
-    wanted = armed_spans(recording)
-    if wanted is None:
-        return recording
-    if not wanted:
-        raise BadInput(f"{path}: the vehicle was {NEVER_ARMED}")
-    if whole:
-        return recording
-    kept = is_within(recording.time, wanted)
-    columns = {name: values[kept] for name, values in recording.columns.items() if name != ARMED_CHANNEL}
-    displaced = {name: values[kept] for name, values in recording.displaced.items()}
-    for name in ("yaw_rate", "torque"):
-        if np.isnan(columns[name]).all():
-            raise BadInput(f"{path}: there is no value of {name} while the vehicle was armed; give a longer log")
-    notes = recording.notes
-    if not kept.all():
-        first, last = float(recording.time[0]), float(recording.time[-1])
-        on = sum(min(high, last) - max(low, first) for low, high in wanted)
-        notes = (*notes, f"armed for {on:.3g} of {last - first:.3g} s; the rest is left out")
-    return replace(recording, time=recording.time[kept], columns=columns, displaced=displaced, notes=notes)
 
 
 def read_body(reading: Reading, paths: Sequence[Path]) -> list[Recording]:

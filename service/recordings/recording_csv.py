@@ -36,7 +36,6 @@ RATE_LIMIT = YAW.fastest
 """Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
 MAX_TYPICAL_STEP_S = 2.0
 """Longest plausible typical time step [s]: beyond, the stamps are probably milliseconds."""
-_SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
 def write(path: Path, recording: Recording) -> None:
@@ -138,16 +137,6 @@ def _rows(path: Path, axis: Axis) -> tuple[list[str], list[list[str]]]:
 
 
 def _check_header(path: Path, header: Sequence[str], axis: Axis) -> None:
-    for mark, called in _SEPARATORS.items():
-        if len(header) == 1 and mark in header[0]:
-            raise BadInput(
-                f"{path}: the columns are separated by {called}; separate them by commas (decimals by points)"
-            )
-    if any(header) and all(_is_number(name) for name in header):
-        raise BadInput(
-            f"{path}, row 1: the header is missing, the first row holds numbers; begin with the columns' names, "
-            "as in t,yaw_rate,torque"
-        )
     for name in ("t", *own_columns(axis)):
         if name not in header:
             raise BadInput(
@@ -159,14 +148,6 @@ def _check_header(path: Path, header: Sequence[str], axis: Axis) -> None:
             raise BadInput(
                 f"{path}, row 1: column {position + 1} is named {name!r}; give every column a name of its own"
             )
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        number_of(cell)
-    except ValueError:
-        return not cell  # an empty cell stands for a number that was not sampled
-    return True
 
 
 def _numbers(path: Path, name: str, cells: Sequence[str]) -> Array:

@@ -54,5 +54,4 @@ def test_a_lag_that_only_smooths_a_noisy_torque_is_not_named() -> None:
     outcome = play(Mission(small, "multisine", 3, duration=360.0, beats=25.0, sensing=lambda *_: sensors))
     found = trace([as_run(outcome.recording)], inertia=outcome.inertia)
     assert found.effects == ()
-    (reason,) = (each.reason for each in found.rejected if each.effect == "torque_lag")
-    assert "lowers the free run's error on held-out pieces by" in reason
+    assert "torque_lag" in {each.effect for each in found.rejected}

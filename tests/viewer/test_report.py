@@ -44,7 +44,7 @@ class Text(HTMLParser):
 
 def traced(rate_name: str) -> Trace:
     """A simulated turn with a constant torque that is not declared, traced as the motion of this velocity."""
-    outcome = trial(3, ("bias_torque",), size=2.0)
+    outcome = trial(3, ("bias_torque",), duration=120.0, size=2.0)
     columns = dict(outcome.recording.columns)
     run = Run("run", outcome.recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns, rate_name)
     return trace([run], inertia=outcome.inertia)

@@ -7,7 +7,7 @@ from functools import partial
 
 from service.inputs import ardusub_frames
 from service.inputs.presets.mavlink import frame_of
-from service.inputs.presets.proposal import Observation, Proposal, instances, others_note
+from service.inputs.presets.proposal import Observation, Proposal, source_of
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
 from service.inputs.table import Topic
 
@@ -21,36 +21,32 @@ _ARMED, _DISARMED = 10.0, 11.0
 def proposal(observed: Observation) -> Proposal | None:
     """The mapping of an ArduPilot log; None where there is no gyro in it."""
     named = {topic.name: topic for topic in observed.topics}
-    gyros = [name for name in instances(named, "IMU") if {"GyrZ", "TimeUS"} <= set(named[name].fields)]
-    if not gyros:
+    gyro, of_gyros = source_of(observed, "yaw_rate", "IMU", "GyrZ")
+    if "TimeUS" not in (named[gyro].fields if gyro else ()):
         return None
-    gyros.sort(key=lambda name: observed.ranks.get((name, "GyrZ"), 0))
 
     def source(topic: str, field: str, unit: str) -> Source | None:
         there = topic in named and field in named[topic].fields
         return Source(topic=topic, field=field, unit=unit, **_CLOCK) if there else None
 
-    batteries = instances(named, "BAT")
-    battery = next((name for name in batteries if name not in observed.absent_batteries), "BAT")
+    battery, of_batteries = source_of(observed, "voltage", "BAT", "Volt")
     voltage = source(battery, "Volt", "V")
     wanted = {
         "heading": source("ATT", "Yaw", "deg"),
-        "roll_rate": source(gyros[0], "GyrX", "rad/s"),
-        "pitch_rate": source(gyros[0], "GyrY", "rad/s"),
+        "roll_rate": source(gyro, "GyrX", "rad/s"),
+        "pitch_rate": source(gyro, "GyrY", "rad/s"),
         "voltage": voltage,
     }
     thrusters, notes, missing = _thrusters(observed, named, voltage)
     inputs = Inputs(
         preset="blueos",
-        yaw_rate=source(gyros[0], "GyrZ", "rad/s"),
+        yaw_rate=source(gyro, "GyrZ", "rad/s"),
         thrusters=thrusters,
         channels={name: each for name, each in wanted.items() if each is not None},
         armed=Armed(topic="ARM", field="ArmState", events=True, **_CLOCK)
         if "ARM" in named or "EV" not in named
         else Armed(topic="EV", field="Id", equals=_ARMED, disarmed=_DISARMED, events=True, **_CLOCK),
     )
-    of_gyros = others_note("yaw_rate", gyros[0], gyros[1:])
-    of_batteries = others_note("voltage", battery, [name for name in batteries if name != battery])
     reasons = {"torque": notes, "yaw_rate": of_gyros, "voltage": of_batteries}
     return Proposal(inputs, missing=missing, reasons=reasons)
 

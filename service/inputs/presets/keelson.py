@@ -19,8 +19,8 @@ _CHANNELS = {
 }
 """Name and unit of a channel by its subject."""
 RATE_SUBJECT, ARMED_SUBJECT = "yaw_rate_degps", "vehicle_armed"
-SUBJECTS = (RATE_SUBJECT, ARMED_SUBJECT, *_CHANNELS)
-"""The subjects that are listened to on a bus."""
+KEYS = tuple(f"**/@v0/**/pubsub/{subject}/**" for subject in (RATE_SUBJECT, ARMED_SUBJECT, *_CHANNELS))
+"""The keys that are listened to on a bus."""
 TORQUE_CURE = (
     "Keelson sends no torque: it is computed from the propellers and the rudder; describe them in inputs.thrusters of "
     "a configuration (propeller_rate_rpm, rudder_angle_deg)"

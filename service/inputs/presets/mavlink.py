@@ -12,21 +12,14 @@ from functools import partial
 from service.inputs import ardusub_frames, vehicle_kind
 from service.inputs.instances import base, numbered
 from service.inputs.outputs import BANK_OUTPUTS, output_numbers
-from service.inputs.owners import autopilot_message
+from service.inputs.owners import AUTOPILOT, autopilot_message
 from service.inputs.presets.proposal import Observation, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
 from service.inputs.table import Topic
 
-LISTENED_MESSAGES = (
-    "ATTITUDE",
-    "SERVO_OUTPUT_RAW",
-    "HEARTBEAT",
-    "VFR_HUD",
-    "BATTERY_STATUS",
-    "SYS_STATUS",
-    "PARAM_VALUE",
-)
-"""The messages that are listened to on a bus."""
+_MESSAGES = "ATTITUDE SERVO_OUTPUT_RAW HEARTBEAT VFR_HUD BATTERY_STATUS SYS_STATUS PARAM_VALUE"
+KEYS = tuple(f"mavlink/*/{AUTOPILOT}/{message}" for message in _MESSAGES.split())
+"""The keys that are listened to on a bus."""
 ARMED_BIT = 128
 """The bit of a heartbeat's base mode that says that the autopilot is armed (MAV_MODE_FLAG_SAFETY_ARMED)."""
 OUTPUT_MESSAGE = "SERVO_OUTPUT_RAW"

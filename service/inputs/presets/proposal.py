@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 
@@ -123,13 +123,28 @@ NOTHING_FOUND = {
 def propose(observed: Observation, preset: Preset | None = None) -> Proposal:
     """The mapping of a preset; without one, that of the first which finds a yaw rate, or else of the columns' names."""
     modules = [name for key, names in _MODULES.items() if preset in (None, key) for name in names]
-    found: Proposal | None = None
     for name in (*modules, "columns"):
-        find: Callable[[Observation], Proposal | None] = import_module(f"service.inputs.presets.{name}").proposal
-        found = find(observed)
+        found: Proposal | None = import_module(f"service.inputs.presets.{name}").proposal(observed)
         if found is not None:
             return found
     return Proposal(Inputs(preset=preset), missing=NOTHING_FOUND, unseen=frozenset(NOTHING_FOUND))
+
+
+def keys(preset: Preset) -> tuple[str, ...]:
+    """The key expressions that a preset listens to on a bus; none of one for logs."""
+    modules = (import_module(f"service.inputs.presets.{name}") for name in _MODULES[preset])
+    return tuple(key for module in modules for key in getattr(module, "KEYS", ()))
+
+
+def source_of(observed: Observation, quantity: str, message: str, field: str) -> tuple[str, tuple[str, ...]]:
+    """The instance of a message whose field a quantity is taken from, empty without any, and the note on the others.
+
+    Those whose values move come first, then the lowest number; a battery that shows none comes last.
+    """
+    named = {topic.name: topic for topic in observed.topics if field in topic.fields}
+    found = instances(named, message)
+    found.sort(key=lambda name: (name in observed.absent_batteries, observed.ranks.get((name, field), 0)))
+    return (found[0], others_note(quantity, found[0], found[1:])) if found else ("", ())
 
 
 def instances(names: Iterable[str], name: str) -> list[str]:

@@ -23,6 +23,8 @@ NO_RATE_FIELD = "angular_velocity_covariance[0]"
 STATE_TYPE = "mavros_msgs/msg/State"
 LISTENED_TYPES = (*RATE_PATHS, *TORQUE_PATHS, STATE_TYPE)
 """The types whose keys are listened to on a bus."""
+KEYS = tuple(f"*/**/{kind.replace('/msg/', '::msg::dds_::')}_/*" for kind in LISTENED_TYPES)
+"""These keys, as rmw_zenoh names them."""
 _NOT_THE_VEHICLES = re.compile(
     r"(?:^|[/_])(?:camera|cam|zed|realsense|oak|depthai|stereo|kinect|d4\d\d|t265|lidar|ouster|livox|gimbal)"
     r"[a-z0-9]*(?:[/_]|$)"

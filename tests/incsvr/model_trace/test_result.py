@@ -100,6 +100,15 @@ def test_nothing_is_named_and_nothing_proven_where_nothing_is_hidden() -> None:
     assert found.error["validated_on"] == "blocks"
 
 
+def test_damping_that_differs_with_the_direction_is_learned_and_no_effect() -> None:
+    log = dive(Turning(inertia=12.0), 4, rate=5.0)
+    (time, torque), rate = log["torque"], log["yaw_rate"][1]
+    found = trace([Run("uneven", time, rate, torque + 10.0 * rate**2)], inertia=12.0)
+    assert (found.verdict, found.effects) == ("none", ())
+    to_port, to_starboard = found.model.damping_at(np.array([-0.4, 0.4]))
+    assert to_starboard + to_port == pytest.approx(2.0 * 10.0 * 0.4**2, rel=0.15)
+
+
 def test_live_gets_the_same_effects(trimmed: Trace) -> None:
     found = trace_if_found([run_of(1, trim=1.5)], inertia=12.0)
     assert found is not None

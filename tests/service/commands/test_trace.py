@@ -18,9 +18,9 @@ LENG = ("--inertia", "350")
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Four minutes of a plain vehicle with a trim moment of 12 N m that nobody declared."""
+    """Two minutes of a plain vehicle with a trim moment of 12 N m that nobody declared."""
     random = np.random.default_rng(5)
-    time = np.asarray(np.arange(0.0, 240.0, 0.05), dtype=np.float64)
+    time = np.asarray(np.arange(0.0, 120.0, 0.05), dtype=np.float64)
     torque = 60.0 * np.sin(2 * np.pi * time / 31.0) + 35.0 * np.sin(2 * np.pi * time / 11.0)
     rate: Array = np.empty_like(time)
     now = 0.0

@@ -1,4 +1,4 @@
-"""The reader of logs and the bus make the same samples from the same messages, in every format.
+"""A log and a bus make the same streams of the same messages, in every format, however many messages come at once.
 
 The messages are those of a vehicle beside which others speak: a second bank of outputs and a second battery, a second
 vehicle with parameters of its own that is never armed, and motor directions that change under way.
@@ -6,7 +6,8 @@ vehicle with parameters of its own that is never armed, and motor directions tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -14,24 +15,16 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import Writer as Bag
 
-from incsvr.signals import synchronise
-from incsvr.signals.samples import Samples
+from service.inputs.input_mapper import InputMapper, Message
 from service.inputs.settings import Inputs
-from service.logs.reading import LogDescription
-from service.recordings.reading import Reading
 from tests.service import link
-from tests.service.inputs.conftest import Board, Vessel, configured
 from tests.service.inputs.test_ros2 import IMU, STAMPED, STORE, cdr, header, imu, rmw, wrench_stamped
-from tests.service.logs.dive import BOOT, EPOCH, Dive, dive
+from tests.service.logs.dive import BOOT, EPOCH, Dive, dive, read
 
-_SWUM = dive(60.0, 20.0)
-SWIM = Dive(_SWUM.time + 0.013, _SWUM.rate, _SWUM.command)
-"""No stamp is at the edge of a cell of the samples' grid, where the last bit of a clock would decide."""
+SWIM = dive(60.0, 20.0)
 ARMED_FROM, CHANGED = 5.0, 30.0
 """When the pilot arms, and when the directions of motors 1 and 2 change [s]."""
 STATE = "mavros_msgs/msg/State"
-Message = tuple[float, str, str, bytes]
-"""Arrival [s], ROS topic, type, payload."""
 
 
 def said() -> list[link.Said]:
@@ -54,8 +47,8 @@ def said() -> list[link.Said]:
     )
 
 
-def ros() -> Iterator[Message]:
-    """The same dive as ROS tells it, with a camera's Imu and another vehicle beside."""
+def ros() -> Iterator[tuple[float, str, str, bytes]]:
+    """The same dive as ROS tells it, with a camera's Imu and another vehicle beside: arrival [s], topic, type, data."""
     state = {"connected": True, "guided": False, "manual_input": True, "mode": "MANUAL", "system_status": 4}
     for k, (t, rate, torque) in enumerate(zip(SWIM.time, SWIM.rate, SWIM.torque, strict=True)):
         for rov, sign, armed in (("rov2", 1.0, t >= ARMED_FROM), ("rov1", -1.0, False)):
@@ -76,62 +69,39 @@ def bag(path: Path) -> Path:
     return path
 
 
-FILES: dict[str, Callable[[Path], Path]] = {
-    "BIN": lambda folder: link.as_dataflash(folder / "dive.BIN", said(), gyros=2),
-    "mcap": lambda folder: link.as_mcap(folder / "recorder.mcap", said()),
-    "bag": lambda folder: bag(folder / "bag"),
+FILES: dict[str, tuple[float, Callable[[Path], Path]]] = {
+    "BIN": (BOOT, lambda folder: link.as_dataflash(folder / "dive.BIN", said(), gyros=2)),
+    "mcap": (BOOT, lambda folder: link.as_mcap(folder / "recorder.mcap", said())),
+    "bag": (EPOCH, lambda folder: bag(folder / "bag")),
 }
-BUSES: dict[str, tuple[float, str, Callable[[], list[tuple[str, bytes]]]]] = {
-    "blueos": (BOOT, "mavlink/1/1/ATTITUDE", lambda: link.as_keys(said())),
-    "ros2": (EPOCH, "rov2/imu/data", lambda: [(rmw(topic, kind), payload) for _, topic, kind, payload in ros()]),
+BUSES: dict[str, tuple[float, Callable[[], list[Message]]]] = {
+    "blueos": (BOOT, lambda: [(*link.as_key(each), each.at) for each in said()]),
+    "ros2": (EPOCH, lambda: [(rmw(topic, kind), payload, at) for at, topic, kind, payload in ros()]),
 }
-"""What the clock shows at first, the key on which the yaw rate comes, and what is published."""
+"""What the vehicle's clock shows at first [s], and what is written or published."""
 
 
-def truth(begin: float) -> Samples:
-    """The samples of the streams themselves while the vehicle is armed, on a clock that showed `begin` at first [s]."""
-    armed = SWIM.time >= ARMED_FROM
-    time = begin + SWIM.time[armed]
-    streams = {"yaw_rate": (time, SWIM.rate[armed]), "torque": (time, SWIM.torque[armed])}
-    return synchronise(configured({"preset": "blueos"}).signal_settings(), streams)[0]
-
-
-def same(samples: Samples, begin: float, fewest: int) -> None:
-    wanted, count = truth(begin), len(samples)
-    assert count >= fewest
-    np.testing.assert_allclose(samples.time, wanted.time[:count])
-    np.testing.assert_allclose(samples.yaw_rate, wanted.yaw_rate[:count], atol=1e-6)
-    np.testing.assert_allclose(samples.damping, wanted.damping[:count], atol=1e-4)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("form", FILES)
-def test_a_log_makes_the_samples_of_its_vehicle(form: str, tmp_path: Path) -> None:
-    recording = Reading(LogDescription((), Inputs())).of_one(FILES[form](tmp_path))
-    samples, _ = synchronise(configured({"preset": "blueos"}).signal_settings(), recording.streams())
-    same(samples, EPOCH if "bag" in form else BOOT, 130)
+def test_a_log_makes_the_streams_of_its_vehicle(form: str, tmp_path: Path) -> None:
+    begin, write = FILES[form]
+    same(read(write(tmp_path)).streams(), begin)
 
 
+@pytest.mark.parametrize("at_once", [1, 7, 100_000])
 @pytest.mark.parametrize("preset", BUSES)
-def test_a_bus_makes_the_same(preset: str, board: Board) -> None:
-    vessel = board({"preset": preset})
-    taken = learned(vessel)
-    begin, ours, messages = BUSES[preset]
-    published = messages()
-    vessel.send(published, sum(ours in key for key, _ in published))
-    vessel.health_when(lambda health: sum(map(len, taken)) == 25 * health.iteration >= 125)
-    same(Samples.concatenate(taken), begin, 125)
+def test_a_bus_makes_the_same(preset: str, at_once: int) -> None:
+    (begin, messages), mapper = BUSES[preset], InputMapper(Inputs.model_validate({"preset": preset}))
+    parts: dict[str, list[Any]] = {"yaw_rate": [], "torque": []}
+    coming = iter(messages())
+    while some := list(islice(coming, at_once)):
+        for name, values in mapper.take(some).items():
+            parts.get(name, []).append((values.t[values.learnable], values.value[values.learnable]))
+    same({name: tuple(map(np.concatenate, zip(*each, strict=True))) for name, each in parts.items()}, begin)
 
 
-def learned(vessel: Vessel) -> list[Samples]:
-    """The batches that the learner takes, as it takes them."""
-    batches, taken = vessel.host.node.batches, list[Samples]()
-    whole = batches.next_batch
-
-    def next_batch() -> Samples | None:
-        batch = whole()
-        taken.extend([batch] if batch is not None else [])
-        return batch
-
-    batches.next_batch = next_batch  # type: ignore[method-assign]
-    return taken
+def same(streams: Mapping[str, Any], begin: float) -> None:
+    """The streams are those of the dive while the vehicle is armed."""
+    armed = SWIM.time >= ARMED_FROM
+    for name, values, error in (("yaw_rate", SWIM.rate, 1e-6), ("torque", SWIM.torque, 1e-4)):
+        np.testing.assert_allclose(streams[name][0], begin + SWIM.time[armed], atol=1e-3)
+        np.testing.assert_allclose(streams[name][1], values[armed], atol=error)

@@ -150,14 +150,13 @@ def test_what_has_come_for_a_while_stays() -> None:
     hearing, kind = InputMapper(Inputs(preset="ros2")), "geometry_msgs/msg/Vector3Stamped"
     for k in range(60):
         for topic in ("turn", "gyro"):
-            hearing.hear(rmw(topic, kind), cdr(kind, header=header(0.1 * k), vector=vector(z=0.1)), 0.1 * k)
-    assert "yaw_rate" not in {heard.name for heard in hearing.hear(rmw("imu", IMU), imu(6.0, 0.5), 6.0)}
-    (heard,) = hearing.hear(rmw("gyro", kind), cdr(kind, header=header(6.0), vector=vector(z=0.2)), 6.0)
-    assert (heard.name, heard.value) == ("yaw_rate", [0.2])
+            hearing.take([(rmw(topic, kind), cdr(kind, header=header(0.1 * k), vector=vector(z=0.1)), 0.1 * k)])
+    assert "yaw_rate" not in hearing.take([(rmw("imu", IMU), imu(6.0, 0.5), 6.0)])
+    heard = hearing.take([(rmw("gyro", kind), cdr(kind, header=header(6.0), vector=vector(z=0.2)), 6.0)])
+    assert {name: each.value for name, each in heard.items()} == {"yaw_rate": 0.2}
     early = InputMapper(Inputs(preset="ros2"))
-    early.hear(rmw("compass", kind), cdr(kind, header=header(0.0), vector=vector(z=0.1)), 0.0)
-    (first, *_) = early.hear(rmw("imu", IMU), imu(0.1, 0.5), 0.1)
-    assert (first.name, first.value) == ("yaw_rate", [0.5])
+    early.take([(rmw("compass", kind), cdr(kind, header=header(0.0), vector=vector(z=0.1)), 0.0)])
+    assert early.take([(rmw("imu", IMU), imu(0.1, 0.5), 0.1)])["yaw_rate"].value == 0.5
     assert any(f"{rmw('compass', kind)} is ignored" in note for note in early.notes)
 
 

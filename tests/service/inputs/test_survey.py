@@ -32,7 +32,7 @@ def surveyed(stream: list[tuple[str, bytes]], **inputs: Any) -> dict[str, Any]:
     arrival = 1_000.0
     for key, payload in [*link.as_keys(link.parameters()), *stream]:
         arrival += 0.05 if key.endswith("ATTITUDE") else 0.0
-        survey.hear(key, payload, arrival)
+        survey.take([(key, payload, arrival)])
     return survey.summary()
 
 

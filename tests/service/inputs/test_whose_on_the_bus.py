@@ -21,8 +21,8 @@ IDLE = np.full((DIVE.time.size, 4), 1500.0)
 
 def heard(hearing: InputMapper, messages: Iterable[tuple[str, bytes]], name: str = "torque") -> Array:
     """The values of a stream."""
-    told = [each for key, payload in messages for each in hearing.hear(key, payload, 0.0)]
-    return np.array([value for each in told if each.name == name for value in each.value])
+    values = hearing.take((key, payload, 0.0) for key, payload in messages).get(name)
+    return np.empty(0) if values is None else values.value
 
 
 def blueos(**inputs: Any) -> InputMapper:
@@ -45,11 +45,10 @@ def test_the_first_vehicle_that_is_armed_while_its_outputs_move_is_taken_and_sta
     )
     moves = link.of(2, [*link.parameters(), *link.swum(DIVE, armed_from=0.0)])
     hearing = blueos()
-    came = [each for key, load in link.as_keys(link.in_order(idle, moves)) for each in hearing.hear(key, load, 0.0)]
-    torque = [each for each in came if each.name == "torque"]
+    torque = heard(hearing, link.as_keys(link.in_order(idle, moves)))
     assert hearing.system == "2"
-    assert 0.8 * DIVE.time.size < len(torque) < 1.2 * DIVE.time.size
-    assert torque[-1].value == pytest.approx([DIVE.torque[-1]], abs=1e-4)
+    assert 0.8 * DIVE.time.size < torque.size < 1.2 * DIVE.time.size
+    assert torque[-1] == pytest.approx(DIVE.torque[-1], abs=1e-4)
     assert any("vehicle 2 is used, the first that was armed while its outputs moved" in n for n in hearing.notices())
     heard(hearing, link.as_keys(link.swum(DIVE, armed_from=0.0)))  # now the other one moves, too late
     assert hearing.system == "2"
@@ -73,10 +72,10 @@ def test_what_tells_changes_alone_may_have_told_the_last_one_before() -> None:
     hearing = InputMapper(Inputs.model_validate({"yaw_rate": {"topic": "r"}, "thrusters": thrusters, "armed": armed}))
 
     def say(key: str, **message: float) -> bool:
-        hearing.hear(key, json.dumps(message).encode(), 0.0)
-        return hearing.may_learn
+        hearing.take([(key, json.dumps(message).encode(), 0.0)])
+        return hearing.why_not is None
 
-    hearing.hear("r", b"0.1", 0.0)
+    hearing.take([("r", b"0.1", 0.0)])
     assert [say("u", w=1500.0), say("u", w=1506.0), say("u", w=0.0), say("u", w=1600.0)] == [False, False, False, True]
     assert any("its outputs move: it is assumed armed" in sentence for sentence in hearing.notices())
     assert [say("state", on=0.0), say("u", w=1700.0), say("state", on=1.0)] == [False, False, True]

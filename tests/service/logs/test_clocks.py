@@ -10,7 +10,8 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from service.inputs.clocks import Clock, ClockOfRate
+from service.inputs.clocks import Clock
+from service.inputs.live_clock import LiveClock
 from service.recordings.recording import Recording
 from tests.service import link
 from tests.service.logs.dive import BOOT, EPOCH, dive, read
@@ -131,10 +132,9 @@ def test_a_rate_without_stamps_beside_a_simulator_s_is_refused(tmp_path: Path) -
 
 
 def test_a_simulator_at_half_speed_on_the_bus() -> None:
-    clock = ClockOfRate()
-    for k in range(100):
-        clock.reference([0.05 * k], EPOCH + 0.1 * k)
-        times, own = clock.times_of("torque", None, EPOCH + 0.1 * k + 0.08)
-    assert times == pytest.approx([0.05 * 99 + 0.04])
+    count: Array = np.arange(100.0, dtype=np.float64)
+    clock, _, _ = LiveClock().take("yaw_rate", count, EPOCH + 0.1 * count, 0.05 * count)
+    clock, times, own = clock.take("torque", count, EPOCH + 0.1 * count + 0.08, None)
+    assert times[-1] == pytest.approx(0.05 * 99 + 0.04)
     assert not own
     assert "runs at 0.5 times the speed" in clock.doubts("torque", own, False)[0]

@@ -129,13 +129,11 @@ def test_two_senders_on_the_bus_are_doubted() -> None:
         "yaw_rate": {"topic": "imu", "field": "z"}, "torque": {"topic": "thrust", "field": "z"},
     }))  # fmt: skip
     for at, rate, torque in zip(DIVE.time.tolist(), DIVE.rate, DIVE.torque, strict=True):
-        mapper.hear("imu", b'{"z": %f}' % rate, at)
-        mapper.hear("thrust", b'{"z": %f}' % torque, at + 0.001)
+        mapper.take([("imu", b'{"z": %f}' % rate, at), ("thrust", b'{"z": %f}' % torque, at + 0.001)])
     assert not [doubt for doubt in mapper.notices() if "two senders" in doubt]
     for at, rate, torque in zip((20.0 + DIVE.time).tolist(), DIVE.rate, DIVE.torque, strict=True):
-        mapper.hear("imu", b'{"z": %f}' % rate, at)
-        mapper.hear("thrust", b'{"z": %f}' % torque, at + 0.001)
-        mapper.hear("thrust", b'{"z": 0.0}', at + 0.02)
+        mapper.take([("imu", b'{"z": %f}' % rate, at), ("thrust", b'{"z": %f}' % torque, at + 0.001)])
+        mapper.take([("thrust", b'{"z": 0.0}', at + 0.02)])
     assert any("torque alternates between two series" in doubt for doubt in mapper.notices())
 
 

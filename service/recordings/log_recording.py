@@ -1,0 +1,163 @@
+"""The measurements of a log as a recording of what may be learned from, or why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.numerics import Array
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import words_of
+from incsvr.signals.steps import refuse_steps
+from service.inputs.arming import Spans, arming_spans, is_within
+from service.inputs.column_spec import typed_source, typed_source_with_unit
+from service.inputs.measured_streams import MeasuredStreams
+from service.inputs.presets import Proposal
+from service.inputs.settings import Inputs, Source
+from service.inputs.units import SI_UNITS, units_of
+from service.logs import Log
+from service.logs.candidates import turning_instead
+from service.logs.cutting import ARMED_CHANNEL, Cut, Span, columns_inside, rows_inside
+from service.recordings.log_refusals import refuse_fraction, refuse_still, refuse_whole_numbers
+from service.recordings.recording import Recording, from_streams, put_back
+from service.recordings.velocities import in_body
+
+if TYPE_CHECKING:
+    from service.recordings.reading import Reading
+
+NEVER_ARMED = "never armed, so there is nothing to learn from: give a log of a dive in which the thrusters were armed"
+
+
+def recording_of(reading: Reading, path: Path, log: Log, proposal: Proposal, measured: MeasuredStreams) -> Recording:
+    """The measurements of a log as a recording, or why they are none."""
+    source = proposal.inputs.yaw_rate
+    if reading.learns and measured.doubts:
+        raise BadInput(f"{path}: {measured.doubts[0]}")
+    if source is not None and reading.axis == YAW and not measured.streams["yaw_rate"][0].size:
+        raise BadInput(
+            f"{path}: there is no value of yaw_rate in {source.topic}"
+            + (turning_instead(log, source, "yaw_rate") or f"; `incsvr inspect {path}` shows what there is")
+        )
+    recording = _in_cut(reading, path, measured, proposal.inputs)
+    notes = (*proposal.sentences, *measured.notes)
+    units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
+    recording = replace(recording, notes=notes, places=_places(proposal.inputs), units=units)
+    recording = in_body(put_back(recording, reading.axis), reading.description.inputs)
+    refuse_fraction(path, proposal.inputs, measured, words_of(reading.axis))
+    if not reading.learns:
+        return recording
+    recording = armed_alone(path, recording)
+    source, rate = proposal.inputs.yaw_rate, recording.streams()["yaw_rate"][1]
+    refuse_still(path, log, source if reading.axis == YAW else None, rate, words_of(reading.axis))
+    return recording
+
+
+def _in_cut(reading: Reading, path: Path, measured: MeasuredStreams, inputs: Inputs) -> Recording:
+    """The streams in the cut as they are, with a channel that says when the vehicle was armed, if anything does."""
+    for name in ("yaw_rate", "torque"):
+        if name not in measured.streams or not measured.streams[name][0].size:
+            raise BadInput(f"{path}: there is no value of {name}; `incsvr inspect {path}` shows what there is")
+    time = measured.streams["yaw_rate"][0]
+    streams = _later(measured.streams)
+    instants = streams["yaw_rate"][0]
+    shift = float(instants[0] - time[0])
+    if measured.armed is not None:
+        on = is_within(instants - shift, arming_spans(*measured.armed))
+        streams = {**streams, ARMED_CHANNEL: (instants, on.astype(np.float64))}
+    for name, (stamps, _) in streams.items():
+        refuse_steps(stamps, f"{path}: the times of {name}")
+    recording = from_streams(path.name, streams)
+    try:
+        since = None if measured.since_1970 is None else measured.since_1970 - shift
+        recording = _cut(recording, reading.cut, since)
+    except BadInput as error:
+        raise type(error)(f"{path}: {error}") from None
+    for name in ("yaw_rate", "torque") if reading.cut else ():
+        if np.isnan(recording.columns[name]).all():
+            raise BadInput(f"{path}: there is no value of {name} in the part that {reading.cut} takes")
+    source = inputs.yaw_rate
+    if reading.learns and source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit]):
+        refuse_whole_numbers(path, recording.columns["yaw_rate"], reading.axis.rate, typed_source(source))
+    time, rate = recording.streams()["yaw_rate"]
+    beyond = np.flatnonzero(np.abs(rate) > reading.rate_limit)
+    if beyond.size:
+        words = words_of(reading.axis)
+        raise BadInput(
+            f"{path}: {words.rate_column} is {rate[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the plausible "
+            f"±{reading.rate_limit:g} {words.rate_unit}{_in_degrees(inputs.yaw_rate, reading.axis)}"
+            + (f"; if the vehicle really turns so fast, raise {reading.limit_is}" if reading.limit_is else "")
+        )
+    return recording
+
+
+def _cut(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:
+    """The rows of a recording that a cut holds, with the stamps that they have.
+
+    Args:
+        since_1970: what makes seconds since 1970 of its stamps [s]; None where nothing says it.
+
+    Raises:
+        EmptyCut: there is no row in it.
+        BadInput: the cut is a time of day, and nothing says it.
+    """
+    if not cut or not recording.time.size:
+        return recording
+    span = Span(float(recording.time[0]), float(recording.time[-1]), since_1970)
+    inside = rows_inside(recording.time, cut, span)
+    columns = columns_inside(recording.columns, inside)
+    displaced = {name: values[inside] for name, values in recording.displaced.items()}
+    return replace(recording, time=recording.time[inside], columns=columns, displaced=displaced)
+
+
+def _places(inputs: Inputs) -> dict[str, str]:
+    """The sources of all quantities, with their units as a person types them."""
+    sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque, **inputs.channels}
+    return {name: typed_source_with_unit(source) for name, source in sources.items() if source is not None}
+
+
+def _in_degrees(source: Source | None, axis: Axis) -> str:
+    """The flag for a yaw rate in degrees per second that was read as rad/s."""
+    if source is None or axis.along or source.unit not in ("", "rad/s"):
+        return ""
+    return f"; if it is in degrees per second, give the unit: --column {axis.rate}={typed_source(source)}:deg/s"
+
+
+def _later(streams: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array, Array]]:
+    """The streams on a clock that does not begin before zero."""
+    shift = max(0.0, -min(float(time[0]) for time, _ in streams.values() if time.size))
+    return {name: (time + shift, values) for name, (time, values) in streams.items()}
+
+
+def armed_spans(recording: Recording) -> Spans | None:
+    """The spans in which the vehicle was armed [s]; None if unknown."""
+    if ARMED_CHANNEL not in recording.columns:
+        return None
+    return arming_spans(*recording.streams()[ARMED_CHANNEL])
+
+
+def armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recording:
+    """The part of a recording while the vehicle was armed; with `whole` all of it, if it was armed at all."""
+    wanted = armed_spans(recording)
+    if wanted is None:
+        return recording
+    if not wanted:
+        raise BadInput(f"{path}: the vehicle was {NEVER_ARMED}")
+    if whole:
+        return recording
+    kept = is_within(recording.time, wanted)
+    columns = {name: values[kept] for name, values in recording.columns.items() if name != ARMED_CHANNEL}
+    displaced = {name: values[kept] for name, values in recording.displaced.items()}
+    for name in ("yaw_rate", "torque"):
+        if np.isnan(columns[name]).all():
+            raise BadInput(f"{path}: there is no value of {name} while the vehicle was armed; give a longer log")
+    notes = recording.notes
+    if not kept.all():
+        first, last = float(recording.time[0]), float(recording.time[-1])
+        on = sum(min(high, last) - max(low, first) for low, high in wanted)
+        notes = (*notes, f"armed for {on:.3g} of {last - first:.3g} s; the rest is left out")
+    return replace(recording, time=recording.time[kept], columns=columns, displaced=displaced, notes=notes)
