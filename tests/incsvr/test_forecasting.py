@@ -8,17 +8,24 @@ from functools import cache
 import numpy as np
 import pytest
 
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.compensation.traced_motion import traced_free_run_errors
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Grid, Start, forecast
 from incsvr.forecasting.damping_tables import TABLE_NODES, Curve
+from incsvr.forecasting.effects_ahead import EffectsAhead
 from incsvr.forecasting.experience import HORIZONS_S, UNTRIED_WIDENING
+from incsvr.forecasting.other_influences import OtherInfluences
 from incsvr.forecasting.propagation import propagate
 from incsvr.learning.free_run import free_run
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
+from incsvr.model.rows import Factor
+from incsvr.model_trace.model import Effect, TracedModel
 from incsvr.numerics import Array
 from service.recordings import samples_from_recording
 from simulator import leng
+from tests.hidden import acting, lag, memory, stage, trim
 
 INERTIA, STEP = 24.0, 0.05
 
@@ -112,3 +119,35 @@ def test_what_cannot_be_forecast_is_refused() -> None:
             forecast(experience, model, leng.INERTIA, start, known, at, step=0.06, sample_period=0.6)
     with pytest.raises(BadInput, match="nothing was learned yet"):
         forecast(Experience(), model, leng.INERTIA, start, known, np.array([101.0]), step=0.06, sample_period=0.6)
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        (lag(0.4), trim(2.0), stage("inertia", "mass", 30.0)),
+        (stage("dead_zone", "dead", 1.5), stage("torque_delay", "shift", 0.3), memory(4.0, 3.0)),
+        (acting("coulomb", Factor("sign", "yaw_rate", 0.02), value=1.5), stage("torque_asymmetry", "reverse", 0.7)),
+        (
+            acting("tether", Factor("value", "heading"), value=2.0),
+            acting("coupling:sway", Factor("value", "sway"), value=-8.0),
+        ),
+    ],
+    ids=lambda effects: " ".join(effect.name for effect in effects),
+)
+def test_traced_effects_move_a_forecast_as_they_move_the_engine(effects: tuple[Effect, ...]) -> None:
+    step, inertia = 0.05, 24.0
+    time = step * np.arange(600, dtype=np.float64)
+    torque, sway = 12.0 * np.sin(0.7 * time) + 6.0 * np.sign(np.sin(0.23 * time)), 0.1 * np.sin(0.3 * time)
+    rates = np.linspace(-3.0, 3.0, TABLE_NODES)
+    drag, slope = 9.0 * rates + 26.0 * rates * np.abs(rates), 9.0 + 52.0 * np.abs(rates)
+    model = TracedModel(inertia, rates, drag, effects, 0.5, 0.2, 1.5, (0.0, 30.0))
+    compensation, still = Compensation.of(model), np.zeros(time.size)
+    beside = OtherInfluences({"heading": still, "sway": sway})
+    ahead = EffectsAhead(compensation, Grid(time, step, still, torque, 0.5, beside))
+    whole = inertia + ahead.added_inertia
+    curve = Curve(-3.0, float(rates[1] - rates[0]), drag, slope, np.ones(rates.size), whole, 1.0, 1.0)
+    runs = propagate(curve, np.zeros(1), 0.0, np.zeros((time.size, 1)), step, ahead.runs(np.zeros(1, dtype=np.intp)))
+    other = np.sin(0.7 * time)  # from which a free run takes nothing but its first value
+    streams = {"yaw_rate": (time, other), "torque": (time, torque), "sway": (time, sway), "heading": (time, still)}
+    (off,) = traced_free_run_errors([streams], compensation, lambda rate: 9.0 * rate + 26.0 * rate * np.abs(rate))
+    assert np.abs(runs.rate[:, 0] - (off + other)).max() < 0.02 * np.ptp(off + other)
