@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.model.errors import rms
 from incsvr.model.identification import plain_fit, structure_of
 from incsvr.model.intervals import halved, intervals
 from incsvr.model.series import effort_of, values
-from incsvr.numerics import Streams
+from incsvr.model.simulation import predict
+from incsvr.model.windows import cut
+from incsvr.numerics import Streams, root_mean_square
 from incsvr.plant.words import YAW_WORDS, AxisWords
 
 
@@ -63,7 +64,9 @@ def estimate_inertia(
     model = plain_fit(structure_of(runs, [rate]), runs, np.inf)
     one = intervals(model, [halved(model)])[f"mass:{rate}"]
     relative = float(np.log(one.high / one.low)) / (2.0 * 1.96)
-    rmse = rms(model.structure, model.theta, runs, model.problem.windows.step)[rate]["model"]
+    whole = cut(runs, model.structure, model.problem.windows.step, np.inf)
+    point = np.array([model.theta[name] for name in model.names])[:, None]
+    rmse = root_mean_square(whole.measured - predict(model.structure, point, whole, whole.starts[:, None])[:, 0])
     if not (rmse < 0.9 * float(np.std(recorded)) and relative < 0.5):
         raise BadInput(
             f"the {words.inertia} cannot be estimated: no free run follows these recordings; give open-loop runs in "

@@ -26,7 +26,7 @@ from incsvr.vehicle.changes import changes, determined
 from incsvr.vehicle.identify import Identified, identify
 from incsvr.vehicle.model import ASSUMED, DECLARED
 from incsvr.vehicle.of_fit import Pair
-from incsvr.vehicle.runs import prepared, usual
+from incsvr.vehicle.runs import prepared
 from incsvr.vehicle.shown import Shown, not_determined, places, unit_of
 
 USUAL_SPEED = 1.5
@@ -205,10 +205,14 @@ def compare(dives: Sequence[Streams], names: Sequence[str], declared: Mapping[Pa
                 f"{name}: {seconds:.3g} s are too short to fit {len(structure.names)} parameters; leave it out"
             )
         found.append(_measured(fitted, quantities))
-        moved = {each: (np.zeros(1), values(runs, each)) for each in runs[0]}
-        conditions.append(Conditions(seconds, usual(moved, VELOCITIES), usual(moved, EFFORTS)))
+        conditions.append(Conditions(seconds, *(_usual(runs, names_of) for names_of in (VELOCITIES, EFFORTS))))
     rows = _values(_scaled(np.stack(found, axis=1)))
     return Comparison(tuple(names), tuple(conditions), quantities, tuple(rows), identified)
+
+
+def _usual(runs: Sequence[Streams], names: Sequence[str]) -> tuple[float, ...]:
+    """The RMS of each stream over a dive; 0 of one that is not there."""
+    return tuple(root_mean_square(values(runs, name)) if name in runs[0] else 0.0 for name in names)
 
 
 def _quantities(model: Fit, known: Sequence[str]) -> tuple[Quantity, ...]:

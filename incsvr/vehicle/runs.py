@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array, Stream, Streams, root_mean_square
+from incsvr.numerics import Array, Stream, Streams
 from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES
 
 ANGLES = ("roll", "pitch", "heading")
@@ -52,11 +52,6 @@ def largest(runs: Sequence[Streams], names: Sequence[str]) -> Array:
     """(n,) the largest size of each stream; 0 of one that is not there."""
     found = [[np.abs(run[name][1]).max() for run in runs if name in run] for name in names]
     return np.array([max(each, default=0.0) for each in found])
-
-
-def usual(run: Streams, names: Sequence[str]) -> tuple[float, ...]:
-    """The RMS of each stream; 0 of one that is not there."""
-    return tuple(root_mean_square(run[name][1]) if name in run else 0.0 for name in names)
 
 
 def is_held(values: Array) -> bool:
