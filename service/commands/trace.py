@@ -195,8 +195,8 @@ def runs_of(recordings: Sequence[Recording]) -> list[Run]:
     return runs
 
 
-def text(trace: Trace, following: str) -> str:
-    """The findings for people, and the command that follows."""
+def text(trace: Trace, following: str = "") -> str:
+    """The findings for people, and the command that follows, if one does."""
     words = words_of(trace.axis)
     traced = (
         ""
@@ -237,8 +237,11 @@ def text(trace: Trace, following: str) -> str:
     lines += [f"  not added: {r.effect}: {r.reason}" for r in trace.rejected if r.refused]
     lines += [f"  ignored channel {name}: {reason}" for name, reason in trace.ignored_channels.items()]
     lines += [f"  note: {note}" for note in trace.notes]
-    what = "learns the curve with these effects" if "--effects" in following else WHAT_NEXT[following.split()[1]]
-    return "\n".join([*lines, "", *good_enough_lines(uses(trace)), "", next_line(following, what)])
+    lines += ["", *good_enough_lines(uses(trace))]
+    if following:
+        what = "learns the curve with these effects" if "--effects" in following else WHAT_NEXT[following.split()[1]]
+        lines += ["", next_line(following, what)]
+    return "\n".join(lines)
 
 
 def _beside(error: Mapping[str, Any], scale: float, unit: str) -> list[str]:

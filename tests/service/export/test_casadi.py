@@ -84,7 +84,9 @@ def test_its_jacobians_are_slopes(vehicle: Vehicle) -> None:
 
 def test_it_simulates_as_the_vehicle_does(vehicle: Vehicle) -> None:
     efforts = commands()
-    log = {n: (STEP_S * np.arange(len(efforts) + 1), np.append(efforts[:, k], 0.0)) for k, n in enumerate(EFFORTS)}
+    time: Array = np.linspace(0.0, STEP_S * len(efforts), len(efforts) + 1)
+    held: Array = np.vstack((efforts, efforts[-1:]))
+    log = {name: (time, held[:, k]) for k, name in enumerate(EFFORTS)}
     _, course = vehicle.free_run(log, STEP_S, held=True)
     space = space_of(python_module(vehicle, casadi=True))
     found = run(space, lambda x, u: space["step"](x, u, STEP_S), efforts)
