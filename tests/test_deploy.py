@@ -65,6 +65,19 @@ def test_what_the_image_copies_is_there_and_let_through() -> None:
     assert packages | {"pyproject.toml", "constraints.txt", "README.md", "LICENSE", "deploy/blueos"} <= through
 
 
+SCRIPTS = ("incsvr.service", "blueos/start.sh", "blueos/Dockerfile", "compose/compose.yaml")
+COMMAND = re.compile(
+    r"""(?:^|[\s="/])incsvr[ ]((?:config|serve|page|simulate|status|view)\b[^&|;>\n]*)""", re.MULTILINE
+)
+
+
+def test_every_command_in_a_file_parses() -> None:
+    found = {name: COMMAND.findall((ROOT / "deploy" / name).read_text(encoding="utf-8")) for name in SCRIPTS}
+    assert {name for name, commands in found.items() if commands} >= {"incsvr.service", "blueos/start.sh"}
+    for command in (each for commands in found.values() for each in commands):
+        whole_parser().parse_args(re.sub(r"\$\{[^}]*\}|\$\w+", "1", command).replace('"', "").split())
+
+
 CONFIGURATIONS = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("deploy/**/*.yaml"))
 
 

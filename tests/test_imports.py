@@ -177,6 +177,20 @@ def test_the_engine_loads_neither_scipys_signals_nor_its_statistics() -> None:
     assert subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=False).returncode == 0
 
 
+def test_inspecting_a_csv_loads_neither_scipy_nor_zenoh(tmp_path: Path) -> None:
+    """`scipy.ndimage` alone took 11 of 76 MB. LAPACK is loaded without the rest of SciPy."""
+    (tmp_path / "log.csv").write_text("t,yaw_rate,torque\n" + "".join(f"{k / 9},{k % 7},{k % 5}\n" for k in range(99)))
+    program = (
+        "import sys; from service.cli.command_line import main; status = main(['inspect', sys.argv[1]])\n"
+        "from incsvr.numerics import lapack\n"
+        "held = {name for name in sys.modules if name.partition('.')[0] in ('scipy', 'zenoh', 'rich')}\n"
+        "sys.exit(status or sorted(held - {lapack.MODULE}) or 0)"
+    )
+    words = [sys.executable, "-c", program, str(tmp_path / "log.csv")]
+    found = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert found.returncode == 0, found.stderr
+
+
 def test_the_learner_process_holds_of_scipy_its_lapack_alone() -> None:
     """The rest is 25 MB and half of a start; whoever loads SciPy later gets the same LAPACK."""
     program = (

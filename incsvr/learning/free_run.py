@@ -71,6 +71,22 @@ class FreeRun:
         return self.simulated - self.measured
 
 
+@dataclass(frozen=True, slots=True)
+class FreeRunErrors:
+    """Root mean square errors over free runs [rad/s]: of the model (None where it runs away), of no motion at all, and
+    of the first rate kept."""
+
+    model: float | None
+    zero: float
+    hold: float
+
+    @staticmethod
+    def of(runs: Sequence[FreeRun]) -> FreeRunErrors:
+        zero = [run.measured for run in runs] or [np.zeros(1)]
+        hold = [run.measured - run.measured[0] for run in runs] or [np.zeros(1)]
+        return FreeRunErrors(rmse(runs), root_mean_square(np.concatenate(zero)), root_mean_square(np.concatenate(hold)))
+
+
 def motions(streams: Streams, gap: float) -> list[Motion]:
     """The stretches of a recording in which neither stream pauses for longer than `gap` [s]."""
     (rate_time, rate), (torque_time, torque) = streams[YAW_RATE], streams[TORQUE]

@@ -22,10 +22,12 @@ from incsvr.vehicle.compare import Comparison, Value
 from incsvr.vehicle.history import History
 from incsvr.vehicle.shown import Shown
 from service.cli.extras import how_to_install
+from service.cli.next_command import LOG_FLAGS, following, next_line
 from service.cli.output import add_json_argument, emit, refuse_unwritable
 from service.commands import log_configuration
 from service.commands.arguments import REPORT_WRITER, add_report_argument, provenance
 from service.commands.each_log import body_axes, refuse_frame, refuse_odd
+from service.commands.good_enough import MAX_CHANGE_SHARE, Use, good_enough, good_enough_lines, noticing, unknown
 from service.commands.identify import TAKES, configured
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
 from service.recordings.log_refusals import (
@@ -70,11 +72,11 @@ def run(args: argparse.Namespace) -> int:
     if args.report:
         made_of = provenance(argparse.Namespace(recordings=args.dives, validate=[]))
         import_module(REPORT_WRITER).write_dives(compared, explanations(compared), args.report, made_of)
-    emit(args, to_dict(compared), text(compared))
+    emit(args, to_dict(args, compared), text(args, compared))
     return 0
 
 
-def to_dict(compared: Comparison) -> dict[str, Any]:
+def to_dict(args: argparse.Namespace, compared: Comparison) -> dict[str, Any]:
     """The comparison for programs: the JSON of `--json`."""
     return {
         "rows": compared.rows(),
@@ -82,7 +84,31 @@ def to_dict(compared: Comparison) -> dict[str, Any]:
         "shown": [each.to_dict() for each in compared.shown],
         "vehicle": compared.identified.vehicle.to_dict(),
         "explanations": explanations(compared),
+        "good_enough": good_enough([_noticed(compared)]),
+        "next": _next(args, compared)[0],
     }
+
+
+def _noticed(compared: Comparison) -> Use:
+    """The verdict on the drag whose smallest change shows."""
+    shares = {each.what: each.change / abs(each.reference) for each in compared.shown if each.change and each.reference}
+    drags = {name: share for name, share in shares.items() if " drag" in name}
+    if not drags:
+        return unknown(
+            "noticing a change", MAX_CHANGE_SHARE, "these dives determine no drag; record steps of each effort"
+        )
+    best = min(drags, key=lambda name: drags[name])
+    return noticing(drags[best], best)
+
+
+def _next(args: argparse.Namespace, compared: Comparison) -> tuple[str, str]:
+    """The command that follows, and what it does."""
+    last = max((compared.dives.index(dive) for dive, _, _ in compared.changes), default=0)
+    named = {path.name: path for path in args.dives}
+    logs = [named[dive] for dive in compared.dives[last:] if dive in named]
+    why = "identifies the vehicle as it is since the last change" if last else "identifies the vehicle from all dives"
+    flags = (*LOG_FLAGS, "set")
+    return following(args, "identify", logs or args.dives, flags, "--write", "vehicle.yaml"), why
 
 
 def answer(args: argparse.Namespace) -> Comparison:
@@ -188,7 +214,7 @@ def explanations(compared: Comparison) -> dict[str, list[str]]:
     return {dive: [cause.what for cause in causes(compared, compared.dives.index(dive))] for dive in changed}
 
 
-def text(compared: Comparison) -> str:
+def text(args: argparse.Namespace, compared: Comparison) -> str:
     """The comparison for people: one table a quantity, and the changes."""
     lines = []
     for quantity, row in zip(compared.quantities, compared.values, strict=True):
@@ -207,6 +233,7 @@ def text(compared: Comparison) -> str:
     lines += [each.sentence for each in compared.shown]
     lines.append(f"The dives are {compared.order}.")
     lines.append(f"The chance of any false change over these {len(compared.dives)} dives is at most 5 %.")
+    lines += ["", *good_enough_lines([_noticed(compared)]), "", next_line(*_next(args, compared))]
     return "\n".join(lines)
 
 

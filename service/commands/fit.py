@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from importlib import import_module
@@ -10,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.learning.learner import Settings
-from incsvr.model.inertia import InertiaEstimate
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
+from service.cli.next_command import AXIS_FLAGS, WRITTEN, following, next_line
 from service.cli.output import add_json_argument, emit
 from service.commands import config_output, fit_written, log_configuration, other_velocities
 from service.commands.arguments import (
@@ -29,6 +30,7 @@ from service.commands.declaration import add_sign_argument, judge_declaration
 from service.commands.each_log import refuse_odd
 from service.commands.fit_attempt import SMOOTHING
 from service.commands.fit_result import Fit
+from service.commands.fit_text import text
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.sources import sections
@@ -116,16 +118,30 @@ def _of_recordings(
         args.assume_sign, _by_person(args, config),
     )  # fmt: skip
     words = text(fit, estimate)
+    after = _next(args)
     if args.write is not None:
         of_body = config if coupled is None else _declared(config, inertia, coupled)
         of_body = of_body.model_copy(update={"inputs": reading.description.inputs})
         words += f"\n\n{fit_written.leave(args, of_body, sequence(runs), fit, _as_configured(args))}"
-    result = fit.to_dict() | declared_inertia.estimate_in_result(
-        estimate, fit.closed_loop, fit.remarks, words_of(fit.axis)
+    words += f"\n\n{next_line(*after)}"
+    result = (
+        fit.to_dict()
+        | {"next": after[0]}
+        | declared_inertia.estimate_in_result(estimate, fit.closed_loop, fit.remarks, words_of(fit.axis))
     )
     if reading.axis != YAW:
         result |= {"axis": reading.axis.name}
     return fit, result, words
+
+
+def _next(args: argparse.Namespace) -> tuple[str, str]:
+    """The command that follows, and what it does."""
+    if args.write is not None:
+        return shlex.join(["incsvr", "serve", "--config", str(args.write)]), "goes on learning on the bus"
+    if args.effects is not None:
+        more = ("--effects", str(args.effects), "--write", WRITTEN)
+        return following(args, "fit", args.recordings, AXIS_FLAGS, *more), "writes it down for `incsvr serve`"
+    return following(args, "trace", args.recordings, AXIS_FLAGS), "finds the effects that this model lacks"
 
 
 def _chosen(args: argparse.Namespace, config: Config) -> dict[str, Any]:
@@ -194,59 +210,3 @@ def _declared(config: Config, inertia: float, coupled: Coupled | None) -> Config
 def _waiting(signals: SignalSettings, streams: Sequence[str]) -> SignalSettings:
     """The settings of samples that wait for these streams, too."""
     return replace(signals, channels=tuple(dict.fromkeys((*signals.channels, *streams))))
-
-
-def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
-    """The text of a fit, for people."""
-    source = (
-        "" if estimate is None else f"{declared_inertia.doubt(estimate, fit.closed_loop)}, estimated by output error"
-    )
-    if fit.inertia != fit.signals.inertia:
-        source = f", traced ({fit.signals.inertia:.4g} declared)"
-    signals, learner, words = fit.signals, fit.learner, words_of(fit.axis)
-    rate_unit, unit = words.rate_unit, words.effort_unit
-    of_estimate = declared_inertia.estimate_remarks(fit.closed_loop, words) if estimate else []
-    left = fit.samples - (len(fit.iterations) + fit.put_aside) * learner.batch
-    lines = [
-        f"recordings  {fit.name}: {fit.samples} samples, {len(fit.iterations)} batches of {learner.batch}, {left} "
-        "unused" + f", {fit.put_aside} batches put aside" * bool(fit.put_aside),
-        f"vehicle     {words.inertia_symbol} = {fit.inertia:.4g} {words.inertia_unit}{source}; |{words.symbol}| ≤ "
-        f"{learner.rate_range[1]:.3g} {rate_unit}",
-        f"signals     a sample every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s",
-        f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} {words.kernel_unit}, C = {learner.C:.3g} "
-        f"{unit}, ε = {learner.epsilon:.2g} {unit}",
-        *([f"inputs      {', '.join((fit.axis.rate, *learner.others))}"] if learner.others else []),
-        *([f"effects     {', '.join(fit.effects)}"] if fit.effects else []),
-        *(f"remark      {remark}" for remark in (*of_estimate, *fit.remarks)),
-        *(f"refused     {count} messages: {reason}" for reason, count in fit.rejected.items()),
-        "",
-        "iteration   until s   vectors   batch, before learning it" + ("   unseen runs" * bool(fit.errors)),
-        f"                                MAE {unit}" + f"                     MAE, RMSE {unit}" * bool(fit.errors),
-    ]
-    for k, iteration in enumerate(fit.iterations):
-        before = "–" if iteration.progressive_mae is None else f"{iteration.progressive_mae:.3g}"
-        errors = fit.errors[k] if fit.errors else None
-        after = "" if errors is None else f"{errors.mae:.3g}, {errors.rmse:.3g}"
-        size = iteration.model.support_rate.size
-        lines.append(
-            f"{iteration.number:9d} {iteration.time_span[1]:9.1f} {size:9d}   {before:<25s}   {after}".rstrip()
-        )
-    final = fit.errors[-1] if fit.errors else None
-    if final is not None:
-        ran = "runs away" if fit.free_run_rmse is None else f"RMSE {fit.free_run_rmse:.4f} {rate_unit}"
-        lines += [
-            "",
-            f"on {fit.validated_on}: MAE {final.mae:.3g} {unit}, RMSE {final.rmse:.3g} {unit}; free run {ran}",
-        ]
-    return "\n".join([*lines, "", *_coefficients(fit)])
-
-
-def _coefficients(fit: Fit) -> list[str]:
-    """The textbook's two, with what is to be known of them."""
-    words = words_of(fit.axis)
-    units = (words.linear_unit, words.quadratic_unit)
-    told = [
-        f"{name} = {value.estimate:.3g} ({value.low:.3g} to {value.high:.3g}) {unit}"
-        for name, value, unit in zip((words.linear, words.quadratic), fit.coefficients.values(), units, strict=True)
-    ]
-    return [f"damping     {', '.join(told)}", *(f"            {note}" for note in fit.coefficient_notes)]

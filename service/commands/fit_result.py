@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -14,17 +15,19 @@ from incsvr.checks import verdict_sentences as in_sentences
 from incsvr.checks.resolution import resolution_fault
 from incsvr.errors import BadInput
 from incsvr.learning.checked_learner import Guarded
-from incsvr.learning.coefficients import Interval, coefficients, negative_drag
+from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS, Interval, coefficients, negative_drag
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.fit_pictures import FitPictures
-from incsvr.learning.free_run import rmse
+from incsvr.learning.free_run import FreeRunErrors, rmse
 from incsvr.learning.learner import Iteration, Settings
+from incsvr.learning.prediction import Prediction
+from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.plant.words import words_of
-from incsvr.signals import SignalSettings
+from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
 from service.cli.progress import progress
 from service.commands.declaration import Cures, Declaration
@@ -37,6 +40,18 @@ from service.commands.fit_attempt import (
     refuse_unlearned,
     refuse_wrong,
     too_few,
+)
+from service.commands.good_enough import (
+    MAX_MOTION_SHARE,
+    MAX_TORQUE_SHARE,
+    Use,
+    closed_loop,
+    feed_forward,
+    good_enough,
+    noticing,
+    unknown,
+    use_without_gyro,
+    without_gyro,
 )
 from service.commands.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.config.traced_effects import TracedEffects
@@ -70,6 +85,7 @@ class Fit:
         others: what the other velocities of the body are to it.
         inertia: in force: the declared one, or the traced one where that is among the effects [kg m²].
         axis: the one whose damping is learned, of whose quantities the sentences speak.
+        effort_rms: the root mean square torque of the unseen recordings [N m]; 0 where none were given.
     """
 
     name: str
@@ -90,6 +106,7 @@ class Fit:
     others: OtherVelocities = NO_OTHER_VELOCITIES
     inertia: float = 0.0
     axis: Axis = YAW
+    effort_rms: float = 0.0
 
     @staticmethod
     def of(
@@ -142,7 +159,36 @@ class Fit:
             others,
             inertia_in_force(signals.inertia, () if effects is None else effects.findings),
             joined.axis,
+            root_mean_square(sequence(unseen).streams()[TORQUE][1]) if unseen else 0.0,
         )
+
+    @property
+    def free_run(self) -> FreeRunErrors:
+        """The errors of free runs over the unseen recordings, or over the learned ones where there are none."""
+        return FreeRunErrors.of(self.pictures.free_runs)
+
+    @property
+    def uses(self) -> tuple[Use, ...]:
+        """What the curve is good enough for."""
+        words, run, final = words_of(self.axis), self.free_run, self.errors[-1] if self.errors else None
+        gyro = use_without_gyro(words)
+        if final is None:
+            why = "these data were learned; give a log that was not with --validate"
+            judged = (unknown("feed-forward", MAX_TORQUE_SHARE, why), unknown(gyro, MAX_MOTION_SHARE, why))
+        else:
+            free = without_gyro(run.model, run.zero, run.hold, words)
+            free = closed_loop(gyro, words) if self.closed_loop else free
+            judged = (feed_forward(final.rmse, self.effort_rms, words), free)
+        curve = self.to_curve()
+        size = root_mean_square(curve.damping)
+        # of two dives, each as uncertain as this one
+        share = NORMAL_95_DEVIATIONS * math.sqrt(2.0) * root_mean_square(curve.doubt) / size if size > 0.0 else math.inf
+        return (*judged, noticing(share, "damping"))
+
+    def to_curve(self) -> Prediction:
+        """The curve at rates spread over the trained range."""
+        model = self.iterations[-1].model
+        return model.predict(np.linspace(*(model.trained_range or (0.0, 0.0)), CURVE_RATES))
 
     @property
     def coefficients(self) -> dict[str, Interval]:
@@ -161,7 +207,7 @@ class Fit:
         """The contract's form, and what explains it."""
         model = self.iterations[-1].model
         rates = np.linspace(*(model.trained_range or (0.0, 0.0)), CURVE_RATES)
-        curve = model.predict(rates)
+        curve = self.to_curve()
         final = self.errors[-1] if self.errors else None
         last = None if final is None else asdict(final) | {"free_run_rmse": self.free_run_rmse}
         return {
@@ -185,6 +231,8 @@ class Fit:
             "effects": list(self.effects),
             "validation_per_iteration": [None if errors is None else asdict(errors) for errors in self.errors],
             "progressive_mae": [iteration.progressive_mae for iteration in self.iterations],
+            "free_run": {"where": self.pictures.where, "unseen": self.pictures.unseen, **asdict(self.free_run)},
+            "good_enough": good_enough(self.uses),
             "trained_range": list(model.trained_range or ()),
             "settings": {"signals": asdict(self.signals), "learner": asdict(self.learner)},
             **self.others.to_dict(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -15,14 +16,18 @@ from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.plant.terms import mass_unit, stage_unit, thrust_name
+from incsvr.plant.words import words_of
 from incsvr.vehicle import Identified, Parameter, Vehicle, identify
 from incsvr.vehicle.identify import STEPS
+from incsvr.vehicle.model import beaten
 from incsvr.vehicle.runs import axes_of, prepared
+from service.cli.next_command import LOG_FLAGS, following, next_line
 from service.cli.output import add_json_argument, emit, refuse_replacing, writing
 from service.cli.progress import progress
 from service.commands import log_configuration
 from service.commands.arguments import REPORT_WRITER, add_report_argument, provenance
 from service.commands.each_log import body_axes, refuse_frame, refuse_odd
+from service.commands.good_enough import Use, good_enough, good_enough_lines, without_gyro
 from service.commands.trace_sensors import examine_sensors, with_heading_sign
 from service.config.configuration import Config
 from service.config.sources import read as read_config
@@ -59,15 +64,38 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     found, notes = answer(args)
-    words = "\n".join([*(f"note: {note}" for note in notes), *([""] if notes else []), text(found)])
-    if args.write is not None:
-        words += f"\n\nwritten to {args.write}; `incsvr export {args.write} --format python` makes a simulator of it"
+    words = "\n".join([*(f"note: {note}" for note in notes), *([""] if notes else []), text(args, found)])
     try:
-        emit(args, {**found.to_dict(), "notes": list(notes)}, words)
+        emit(args, to_dict(args, found, notes), words)
     finally:
         if args.report:
             import_module(REPORT_WRITER).write_vehicle(found, args.report, notes, provenance(args))
     return 0
+
+
+def to_dict(args: argparse.Namespace, found: Identified, notes: Sequence[str]) -> dict[str, Any]:
+    """The result for programs: the JSON of `--json`."""
+    axes = {name: good_enough([use]) for name, use in _uses(found).items()}
+    return {**found.to_dict(), "notes": list(notes), "good_enough": axes, "next": _next(args, found)[0]}
+
+
+def _uses(found: Identified) -> dict[str, Use]:
+    """Axis → the verdict on its free run, of all axes at once."""
+    errors = found.errors
+    rows = zip(errors.axes, errors.free_run.tolist(), errors.zero.tolist(), errors.hold.tolist(), strict=True)
+    return {name: without_gyro(model, zero, hold, words_of(AXES[name])) for name, model, zero, hold in rows}
+
+
+def _next(args: argparse.Namespace, found: Identified) -> tuple[str, str]:
+    """The command that follows, and what it does."""
+    if beaten(found.vehicle.beaten_by):
+        return following(args, "inspect", args.recordings[:1], LOG_FLAGS), "shows ranges, signs and units"
+    if args.write is None:
+        more = ("--write", "vehicle.yaml")
+        return following(args, "identify", args.recordings, (*LOG_FLAGS, "vehicle", "set"), *more), "keeps the model"
+    script = f"{args.write.stem}.py"
+    command = shlex.join(["incsvr", "export", str(args.write), "--format", "python", "--out", script])
+    return command, "makes a simulator of it"
 
 
 Began = Callable[[str, int], None]
@@ -225,7 +253,7 @@ def _along(run: Recording, axis: Axis) -> Recording | None:
 HORIZON_HEAD = "  {:<28}{}"
 
 
-def text(found: Identified) -> str:
+def text(args: argparse.Namespace, found: Identified) -> str:
     """The result for people."""
     vehicle = found.vehicle
     lines = [
@@ -253,7 +281,9 @@ def text(found: Identified) -> str:
         lines.append(f"{axis} is not identified: {why}")
     lines += list(found.manoeuvres)
     lines += [f"warning: {each}" for each in found.warnings]
-    return "\n".join(lines)
+    if args.write is not None:
+        lines += ["", f"written to {args.write}"]
+    return "\n".join([*lines, "", *good_enough_lines(_uses(found).values()), "", next_line(*_next(args, found))])
 
 
 def _row(name: str, parameter: Parameter, unit: str) -> str:

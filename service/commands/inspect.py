@@ -16,7 +16,10 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.axes import AXES, YAW
+from incsvr.plant.words import words_of
 from incsvr.signals.message_rates import slow_torque
+from service.cli.next_command import LOG_FLAGS, following, next_line
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
 from service.commands.arguments import PLOTS
@@ -78,7 +81,9 @@ def run(args: argparse.Namespace) -> int:
         summary = _read(args, LogDescription(tuple(args.column), inputs))
     if args.plot is not None:
         _plot(args.plot, summary)
-    emit(args, _result(summary), _text(args, summary))
+    after = _next(args, summary)
+    words = f"{_text(args, summary)}\n\n{next_line(*after)}"
+    emit(args, _result(summary) | {"next": after[0]}, words)
     return 0
 
 
@@ -92,6 +97,22 @@ def _refuse_of_log(args: argparse.Namespace) -> None:
     named = {"inputs.preset": args.preset, "inputs.system": args.system}
     if flag := next((name for name, value in named.items() if value), None):
         raise BadInput(f"with --bus write --set {flag}={named[flag]}")
+
+
+def _next(args: argparse.Namespace, summary: LogSummary) -> tuple[str, str]:
+    """The command that follows, and what it does."""
+    streams = {} if summary.measured is None else summary.measured.streams
+    driven = [axis for axis in AXES.values() if {axis.rate, axis.effort} <= streams.keys()]
+    if len(driven) > 1:
+        flags = ("--write", "vehicle.yaml")
+        return following(args, "identify", args.files, LOG_FLAGS, *flags), "identifies the whole vehicle"
+    if driven:
+        axis = () if driven == [YAW] else ("--axis", driven[0].name)
+        command = following(args, "fit", args.files, LOG_FLAGS, *axis, "--inertia", "estimate")
+        return command, f"learns the damping; give the {words_of(driven[0]).inertia} instead if you know it"
+    absent = "yaw_rate" if YAW.rate not in streams else "torque"
+    command = following(args, "inspect", args.files, LOG_FLAGS, "--column", f"{absent}=COLUMN")
+    return command, "with the name of the column that holds it"
 
 
 def _plot(path: Path, summary: LogSummary) -> None:

@@ -237,7 +237,7 @@ def trace(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> TraceResu
     args = _arguments("trace", trace_command, recordings, validate, flags)
     with without_bars():
         axis, found, result = trace_command.answer(args)
-    return TraceResult(result, trace_text(found), axis, found)
+    return TraceResult(result, trace_text(found, result["next"]), axis, found)
 
 
 def identify(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> IdentifyResult:
@@ -245,7 +245,7 @@ def identify(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> Identi
     args = _arguments("identify", identify_command, recordings, validate, flags)
     with without_bars():
         found, notes = identify_command.answer(args)
-    return IdentifyResult({**found.to_dict(), "notes": list(notes)}, identify_text(found), YAW, found)
+    return IdentifyResult(identify_command.to_dict(args, found, notes), identify_text(args, found), YAW, found)
 
 
 def compare(dives: Any, flags: Mapping[str, Any]) -> CompareResult:
@@ -253,7 +253,7 @@ def compare(dives: Any, flags: Mapping[str, Any]) -> CompareResult:
     args = _arguments("compare", compare_command, dives, (), flags)
     with without_bars():
         compared = compare_command.answer(args)
-    return CompareResult(compare_command.to_dict(compared), compare_command.text(compared), YAW, compared)
+    return CompareResult(compare_command.to_dict(args, compared), compare_command.text(args, compared), YAW, compared)
 
 
 class _RaisingParser(Parser):

@@ -18,12 +18,21 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.signals.settings import TorqueKind
+from service.cli.next_command import AXIS_FLAGS, LOG_FLAGS, WRITTEN, following, next_line
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
 from service.commands import log_configuration, other_velocities
 from service.commands.arguments import REPORT_WRITER, add_recordings_arguments, add_report_argument, provenance
 from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, judge_declaration
 from service.commands.each_log import refuse_odd
+from service.commands.good_enough import (
+    Use,
+    closed_loop,
+    feed_forward,
+    good_enough,
+    good_enough_lines,
+    without_gyro,
+)
 from service.commands.other_velocities import OtherVelocities
 from service.commands.trace_sensors import examine_sensors, sensor_notes, with_heading_sign
 from service.config.configuration import Config
@@ -50,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     axis, found, result = answer(args)
     try:
-        emit(args, result, text(found))  # before any picture: it is kept whatever becomes of that
+        emit(args, result, text(found, result["next"]))  # before any picture: it is kept whatever becomes of that
     finally:
         if args.report:
             import_module(REPORT_WRITER).write(found, args.report, axis, provenance(args))
@@ -64,7 +73,38 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
     axis = reading.axis
     found, others = _traced(args, reading, config)
     told = {"headline": headline(found), "limits": limits(found), **found.to_dict(), "axis": axis.name}
+    told |= {"good_enough": good_enough(uses(found)), "next": _next(args, found)}
     return axis, found, told | others.to_dict()
+
+
+def _next(args: argparse.Namespace, found: Trace) -> str:
+    """The command that follows."""
+    if not found.beats_zero or not found.sought:
+        return following(args, "inspect", args.recordings[:1], LOG_FLAGS)
+    if not found.effects:
+        return following(args, "fit", args.recordings, AXIS_FLAGS, "--write", WRITTEN)
+    if args.json in (None, "-"):
+        return following(args, "trace", args.recordings, AXIS_FLAGS, "--json", "effects.json")
+    return following(args, "fit", args.recordings, AXIS_FLAGS, "--effects", args.json)
+
+
+WHAT_NEXT = {
+    "inspect": "shows ranges, signs and units",
+    "fit": "learns the curve and writes it down for `incsvr serve`",
+    "trace": "keeps the effects, for `incsvr fit --effects`",
+}
+"""Command that follows → what it does."""
+
+
+def uses(found: Trace) -> tuple[Use, ...]:
+    """What the model with the effects is good enough for."""
+    words, error = words_of(found.axis), found.error
+    share = error["disturbance"].get("share_of_torque", 0.0)
+    effort = error["disturbance"]["torque_rmse"] / share if share else 0.0
+    zero, hold = (error["trivial"][name]["free_run_rmse"] for name in ("zero", "hold"))
+    free = without_gyro(error["after"]["free_run_rmse"], zero, hold, words)
+    free = closed_loop(free.use, words) if found.loop == "closed" else free
+    return feed_forward(error["after"]["torque_rmse"], effort, words), free
 
 
 def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, OtherVelocities]:
@@ -155,8 +195,8 @@ def runs_of(recordings: Sequence[Recording]) -> list[Run]:
     return runs
 
 
-def text(trace: Trace) -> str:
-    """The findings for people."""
+def text(trace: Trace, following: str = "") -> str:
+    """The findings for people, and the command that follows, if one does."""
     words = words_of(trace.axis)
     traced = (
         ""
@@ -197,6 +237,10 @@ def text(trace: Trace) -> str:
     lines += [f"  not added: {r.effect}: {r.reason}" for r in trace.rejected if r.refused]
     lines += [f"  ignored channel {name}: {reason}" for name, reason in trace.ignored_channels.items()]
     lines += [f"  note: {note}" for note in trace.notes]
+    lines += ["", *good_enough_lines(uses(trace))]
+    if following:
+        what = "learns the curve with these effects" if "--effects" in following else WHAT_NEXT[following.split()[1]]
+        lines += ["", next_line(following, what)]
     return "\n".join(lines)
 
 

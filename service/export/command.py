@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sqlite3
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.vehicle import Vehicle
 from incsvr.vehicle.model import beaten
 from service.bus.client import NoAnswer, bus_client
+from service.cli.next_command import next_line
 from service.cli.output import refuse_unwritable, writing
 from service.config.configuration import Config
 from service.config.sources import add_client_arguments, from_arguments
@@ -21,7 +23,9 @@ from service.state.state_file import StateDamage, StateFile
 from service.wire import ModelSnapshot, decode
 from service.wire.json_text import json_text
 
-FORMATS = ("csv", "json", "gazebo", "stonefish", "python")
+FORMATS = ("csv", "json", "gazebo", "stonefish", "python", "casadi")
+RUNNABLE = ("python", "casadi")
+"""Formats that are programs."""
 VEHICLE_SUFFIXES = (".yaml", ".yml")
 """Suffixes of a vehicle file, which `incsvr identify --write` writes."""
 
@@ -75,6 +79,7 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput(f"{source}: {why[0]}, or export it all the same with --force")
     across = None if args.inertia_xy is None else (args.inertia_xy[0], args.inertia_xy[1])
     text, remarks = in_format(model, args.format, args.dry_mass, args.dry_inertia, across, args.port_and_up)
+    remarks = [*remarks, next_line(*_next(args))]
     if args.out is None:
         sys.stdout.write(text)
     else:
@@ -83,6 +88,22 @@ def run(args: argparse.Namespace) -> int:
         remarks = [f"{args.out}: {source}", *remarks]
     print("\n".join(remarks), end="\n" * bool(remarks), file=sys.stderr)
     return 0
+
+
+def _next(args: argparse.Namespace) -> tuple[str, str]:
+    """The command that follows, and what it does."""
+    if args.format in RUNNABLE and args.out is not None:
+        return shlex.join(["python", str(args.out)]), "simulates a step of each effort"
+    source = [] if args.source is None else [str(args.source)]
+    given = [word for name in ("config", "prefix", "connect") for word in _given(args, name)]
+    force = ["--force"] * args.force
+    words = ["incsvr", "export", *source, *given, *force, "--format", "python", "--out", "model.py"]
+    return shlex.join(words), "writes a simulator of it"
+
+
+def _given(args: argparse.Namespace, name: str) -> list[str]:
+    value = getattr(args, name)
+    return [] if value is None else [f"--{name}", str(value)]
 
 
 def in_format(
@@ -114,7 +135,7 @@ def in_format(
         case "json":
             text = json_text(model.to_dict(), indent=2) + "\n"
         case _:
-            text = python_module(vehicle)
+            text = python_module(vehicle, format_ == "casadi")
     return text, doubts(vehicle)
 
 

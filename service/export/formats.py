@@ -137,11 +137,15 @@ def vehicle_figures(vehicle: Vehicle) -> Iterator[tuple[str, Interval, str]]:
         yield name, Interval(p.value, p.low, p.high), unit
 
 
-def python_module(vehicle: Vehicle) -> str:
-    """A Python file that needs NumPy alone and simulates as `incsvr` does."""
+def python_module(vehicle: Vehicle, casadi: bool = False) -> str:
+    """A Python file that simulates as `incsvr` does, with NumPy alone, or with CasADi too."""
     names = list(AXES)
+
+    def expression(term: Term) -> str:
+        return _expression(term).replace("np.", "m.") if casadi else _expression(term)
+
     return _filled(
-        "python",
+        "casadi" if casadi else "python",
         name=vehicle.name.replace("\\", "\\\\").replace('"', '\\"'),
         doubts=[f"# {each}" for each in doubts(vehicle)],
         axes=repr(names),
@@ -152,9 +156,10 @@ def python_module(vehicle: Vehicle) -> str:
         decay=vehicle.decay,
         steps_a_decay=STEPS_A_DECAY,
         terms=[
-            f"    f[{term.row}] += {p.value!r} * {_expression(term)}  # {term.name} [{term.unit}]"
+            f"    f[{term.row}] += {p.value!r} * {expression(term)}  # {term.name} [{term.unit}]"
             for term, p in vehicle.terms.items()
         ],
+        delays={names.index(axis): of["delay_s"].value for axis, of in vehicle.thrust.items() if "delay_s" in of},
         thrust={names.index(axis): {name: p.value for name, p in of.items()} for axis, of in vehicle.thrust.items()},
     )
 
@@ -308,13 +313,13 @@ def _expression(term: Term) -> str:
         case "inflow":
             return f"w[{term.row}] * abs(u[{VELOCITIES.index(term.of[0])}])"
         case "reverse":
-            return f"min(w[{term.row}], 0.0)"
+            return f"np.fmin(w[{term.row}], 0.0)"
         case "advance":
             return f"u[{term.row}] * np.sqrt(abs(w[{term.row}]))"
         case "coulomb" | "coulomb_asymmetry":
             return f"np.tanh(u[{term.row}] / {term.of[0]})" + " ** 2" * (term.kind == "coulomb_asymmetry")
         case "bend":
-            return f"(u[{term.row}] - np.clip(u[{term.row}], -{term.of[0]}, {term.of[0]}))"
+            return f"(u[{term.row}] - np.fmin(np.fmax(u[{term.row}], -{term.of[0]}), {term.of[0]}))"
         case "weight":
             down = {"surge": "-np.sin(pitch)", "sway": "np.cos(pitch) * np.sin(roll)"}
             return f"-({down.get(term.axis, 'np.cos(pitch) * np.cos(roll)')})"

@@ -232,15 +232,28 @@ def _jumps(apart: Array) -> NDArray[np.intp]:
 
     A message that is late shows nothing: some of its neighbours are not. Single wrong stamps show nothing either.
     """
-    # Here and not above: a log needs it, and a learner on the bus, which reads the same inputs, saves 15 MB.
-    from scipy.ndimage import median_filter, minimum_filter1d
-
-    steady = median_filter(apart, size=min(3, apart.size), mode="nearest")
-    half = min(DELAY_MESSAGES, apart.size) // 2
-    size = 2 * half + 1
-    before = minimum_filter1d(steady, size, origin=half, mode="nearest")
-    after = minimum_filter1d(steady, size, origin=-half, mode="nearest")
+    steady, around = _middle_of_three(apart), 2 * (min(DELAY_MESSAGES, apart.size) // 2)
+    before, after = _least(steady, around, 0), _least(steady, 0, around)
     return 1 + np.flatnonzero((np.diff(after) > SAME_CLOCK_S) | (np.diff(before) < -SAME_CLOCK_S))
+
+
+def _middle_of_three(values: Array) -> Array:
+    """(n,) the median of each value and its neighbours."""
+    one, two = np.concatenate((values[:1], values[:-1])), np.concatenate((values[1:], values[-1:]))
+    return np.asarray(np.maximum(np.minimum(one, values), np.minimum(np.maximum(one, values), two)))
+
+
+def _least(values: Array, before: int, after: int) -> Array:
+    """(n,) the least of each value, so many before it and so many after it; the first and the last value go on.
+
+    A window of the length of a block is the end of one block and the begin of the next (van Herk).
+    """
+    size, count = before + after + 1, values.size
+    padded = np.pad(values, (before, after), mode="edge")
+    blocks = np.pad(padded, (0, -padded.size % size), mode="edge").reshape(-1, size)
+    begins = np.minimum.accumulate(blocks, axis=1).ravel()
+    ends = np.minimum.accumulate(blocks[:, ::-1], axis=1)[:, ::-1].ravel()
+    return np.asarray(np.minimum(ends[:count], begins[size - 1 : size - 1 + count]))
 
 
 def _without_late(begins: NDArray[np.intp], apart: Array, stamps: Array) -> NDArray[np.intp]:
@@ -272,10 +285,9 @@ def _level(apart: Array, paced: bool) -> Array:
     middle = np.median(apart)
     if middle - np.quantile(apart, 0.05) < 0.5 * SAME_CLOCK_S:
         return np.full(apart.size, middle)
-    from scipy.ndimage import median_filter, minimum_filter1d  # as above
-
     if paced:
+        from scipy.ndimage import median_filter  # here and not above: without it, `inspect` and a learner save 15 MB
+
         return np.asarray(median_filter(apart, size=min(DELAY_MESSAGES, apart.size), mode="nearest"))
-    return minimum_filter1d(
-        median_filter(apart, size=min(3, apart.size), mode="nearest"), DELAY_MESSAGES, mode="nearest"
-    )
+    before = DELAY_MESSAGES // 2
+    return _least(_middle_of_three(apart), before, DELAY_MESSAGES - before - 1)

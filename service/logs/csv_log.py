@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import gzip
-import io
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,7 +79,7 @@ def _rows(path: Path, lines: Sequence[str], delimiter: str) -> list[list[str]]:
     if delimiter not in lines[0]:
         return [line.split() for line in lines if line.strip()]
     try:
-        rows = csv.reader(io.StringIO("\n".join(lines)), delimiter=delimiter)
+        rows = csv.reader((f"{line}\n" for line in lines), delimiter=delimiter)
         return [row for row in rows if any(row)]
     except csv.Error as error:
         raise BadInput(f"{path}: this is no CSV text ({error}); export the recording as UTF-8 CSV") from None

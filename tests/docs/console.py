@@ -26,7 +26,13 @@ from service.wire import Keys
 from simulator.player import wait_for_learner
 from tests.conftest import ROOT
 
-PAGES = ("docs/tutorial-log.md", "docs/tutorial-vehicle.md", "docs/tutorial-gazebo.md", "docs/python.md")
+PAGES = (
+    "docs/tutorial-log.md",
+    "docs/tutorial-vehicle.md",
+    "docs/tutorial-gazebo.md",
+    "docs/python.md",
+    "docs/casadi.md",
+)
 BLOCK = re.compile(r"^```(console|python)\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 PATIENCE = 30.0
