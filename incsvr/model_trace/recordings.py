@@ -47,7 +47,7 @@ def recordings_of(runs: Sequence[Run], channels: Sequence[str], begin: float | N
         rate = stream(piece, piece.yaw_rate)
         own = {axis: rate, of_rate(axis).effort: stream(piece, piece.torque)}
         own |= {name: stream(piece, piece.channels[name]) for name in channels}
-        if one_clock:
+        if one_clock or begin is not None:  # what other recordings were fitted with is read here, too
             own["time"] = (rate[0], rate[0] - zero)
         found.append(own)
     names = (*channels, *(("time",) if one_clock else ()))

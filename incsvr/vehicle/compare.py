@@ -22,7 +22,7 @@ from incsvr.model.series import duration, values
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, root_mean_square
 from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES, of_rate
-from incsvr.vehicle.changes import changes
+from incsvr.vehicle.changes import changes, determined
 from incsvr.vehicle.identify import Identified, identify
 from incsvr.vehicle.model import ASSUMED, DECLARED
 from incsvr.vehicle.of_fit import Pair
@@ -207,7 +207,7 @@ def compare(dives: Sequence[Streams], names: Sequence[str], declared: Mapping[Pa
         found.append(_measured(fitted, quantities))
         moved = {each: (np.zeros(1), values(runs, each)) for each in runs[0]}
         conditions.append(Conditions(seconds, usual(moved, VELOCITIES), usual(moved, EFFORTS)))
-    rows = _values(np.stack(found, axis=1))
+    rows = _values(_scaled(np.stack(found, axis=1)))
     return Comparison(tuple(names), tuple(conditions), quantities, tuple(rows), identified)
 
 
@@ -223,17 +223,18 @@ def _quantities(model: Fit, known: Sequence[str]) -> tuple[Quantity, ...]:
 
 
 def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> Array:
-    """Estimate, standard error and degrees of freedom of each quantity, (quantities, 3).
+    """Estimate, standard error and degrees of freedom of each quantity, and half of what the dive's halves differ by,
+    (quantities, 4).
 
     The degrees are Satterthwaite's, from each block's part in the variance. A deviation is at least what errors that
-    last as long as these would give, because that over few blocks can be small by chance. A fit that settles within
-    its own step determines nothing.
+    last as long as these would give, because that over few blocks can be small by chance. An axis that settles
+    within a step determines nothing.
     """
     spread, units, found = covariance(fitted), fitted.units, []
     windows, lasts = fitted.problem.windows, _lasting(fitted)
-    settles = time_constants(fitted.structure, fitted.theta, windows.runs, 0.95).min()
+    settles = time_constants(fitted.structure, fitted.theta, windows.runs, 0.95)
     inverse = if_independent(fitted)
-    block = blocks(fitted.problem.windows)
+    block, between = blocks(fitted.problem.windows), _between_halves(fitted)
     for quantity in quantities:
         rate, along, estimate = AXES[quantity.axis].rate, np.zeros(len(fitted.names)), 0.0
         if quantity.kind == "inertia":
@@ -248,9 +249,27 @@ def _measured(fitted: Fit, quantities: Sequence[Quantity]) -> Array:
         shares = np.bincount(block, np.einsum("p,wpq,q->w", pull, fitted.normal, pull))
         freedom = np.clip(shares.sum() ** 2 / max(float(np.sum(shares**2)), 1e-300), 1.0, max(shares.size - 1.0, 1.0))
         variance = max(float(along @ spread @ along), lasts * float((along * units) @ pull))
-        least = estimate if settles < windows.step else 0.0
-        found.append((estimate, max(float(np.sqrt(variance)), least), float(freedom)))
+        least = estimate if settles[fitted.structure.axes.index(rate)] < windows.step else 0.0
+        found.append((estimate, max(float(np.sqrt(variance)), least), float(freedom), float(along @ between)))
     return np.array(found)
+
+
+def _between_halves(fitted: Fit) -> Array:
+    """(p,) half of what θ of both halves of a dive differs by, each half a step of the whole fit away."""
+    first, whole, steps = np.arange(fitted.cost.size) < fitted.cost.size // 2, fitted.normal.sum(axis=0), []
+    for own in (first, ~first):
+        part = fitted.normal[own].sum(axis=0) + np.diag(fitted.prior + 0.01 * np.diag(whole))
+        steps.append(np.linalg.lstsq(part, fitted.gradient[own].sum(axis=0), rcond=1e-10)[0])
+    return np.asarray(0.5 * (steps[0] - steps[1]) * fitted.units)
+
+
+def _scaled(rows: Array) -> Array:
+    """(quantities, dives, 3) with standard errors as much larger as the halves of the dives differ by more than these
+    say, over all that is determined: water, payload and trim vary within a dive as between unchanged ones."""
+    estimate, error, freedom, half = np.moveaxis(rows, 2, 0)
+    known = determined(estimate, error, freedom)
+    excess = float(np.mean((half / error)[known] ** 2)) if known.any() else 1.0
+    return np.stack([estimate, error * np.sqrt(max(1.0, excess)), freedom], axis=2)
 
 
 def _lasting(fitted: Fit) -> float:

@@ -212,7 +212,9 @@ def text(compared: Comparison) -> str:
 
 def value_line(dive: str, value: Value) -> str:
     """A dive's value with its interval, beside that of the dives before."""
-    against = "" if value.reference is None else f"  before {value.reference:.4g}, p = {value.p_value:.2g}"
+    against = ""
+    if value.reference is not None:
+        against = f"  before {value.reference:.4g}, p = {value.p_value:.2g}, least change {value.smallest:.2g}"
     mark = "  CHANGED" if value.changed else ""
     return f"  {dive:<24}{value.estimate:>10.4g} ({value.low:.4g} to {value.high:.4g}){against}{mark}"
 

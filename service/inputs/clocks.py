@@ -99,10 +99,6 @@ class Clock:
                 return np.where(real, stamps + turns * WRAP_S + shift, by_arrival), True
         return by_arrival, False
 
-    def at_rest(self) -> Clock:
-        """The clock between two calls of the mapper."""
-        return self
-
 
 MIN_PACE_APART = 0.02
 """How far a pace is from 1 before it is one [1]: crystals are within 0.0001, and messages that are late make some."""

@@ -27,6 +27,7 @@ from service.inputs.live_clock import RATE, LiveClock
 from service.inputs.mapper import (
     TORQUE,
     FieldPlace,
+    Mapped,
     State,
     has_unknown_voltage,
     read_with,
@@ -38,7 +39,7 @@ from service.inputs.outputs import without_pulse
 from service.inputs.senders import SenderWatch, sentence
 from service.inputs.settings import ARRIVAL, Armed, Axis, Inputs, Source
 from service.inputs.source_binding import SourceBinding, numbers
-from service.inputs.table import Table, Topic, leaves
+from service.inputs.table import MESSAGE, Table, Topic, leaves
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import FRACTION
 from service.inputs.values import Values
@@ -93,7 +94,7 @@ class InputMapper:
     def _begin(self) -> None:
         """Nothing has been heard of the vehicle that is taken from now on."""
         self._arming, self._senders, self._state = Arming(), SenderWatch(), State()
-        self._open: list[tuple[SourceBinding, dict[str, list[float]], float]] = []
+        self._open: list[tuple[SourceBinding, dict[str, list[float]], float, int]] = []
         self._open_at = nan
         self.placed: dict[str, bool] = {}
 
@@ -209,16 +210,16 @@ class InputMapper:
             return
         rows, reasons = binding.rows()
         self.refused.update(reasons)
-        thrusters, came = self._resolved.by_key.thrusters, [(binding, rows, arrival)]
+        self._count += 1
+        thrusters, came = self._resolved.by_key.thrusters, [(binding, rows, arrival, self._count)]
         if thrusters is not None and name in thrusters.topics and len(set(thrusters.topics)) > 1:
             stamp = rows.get(thrusters.stamp, [0.0])[-1] or arrival
             ended = self._open if stamp != self._open_at else []
             came, self._open, self._open_at = ended, [*self._open[len(ended) :], *came], stamp
-        for each, numbers_of_it, at in came:
+        for each, numbers_of_it, at, count in came:
             if not each.fits(numbers_of_it):
                 self._map()
-            self._count += 1
-            each.wait(numbers_of_it, at, self._count)
+            each.wait(numbers_of_it, at, count)
         if sequence is not None:
             sources = self._resolved.by_key.sources.items()
             self.numbers += [(stream, sequence) for stream, source in sources if source.topic == name]
@@ -330,11 +331,12 @@ class InputMapper:
         ours = {topic.name for topic in named_topics(self.bindings) if owners.system_of(topic) not in others}
         configured = with_settled_sources(self._configured, self.inputs, {key: self.bindings[key] for key in ours})
         self._resolved = resolve(configured, self.bindings, self.parameters, others)
-        by_key, latest = self._resolved.by_key, dict[FieldPlace, float]()
+        by_key, latest = self._resolved.by_key, dict[FieldPlace, Mapped]()
         for source in read_with(by_key):
-            table = Table(None, {source.field: self._newest(source)}, {})
-            values, _ = real_values(source, by_key, {source.topic: table})
-            latest |= {(source.topic, source.field): float(values[-1])} if values.size else {}
+            values = self._newest(source)
+            table = Table(None, {source.field: values, MESSAGE: np.full(values.size, -np.inf)}, {})
+            rows = real_values(source, by_key, {source.topic: table})
+            latest |= {(source.topic, source.field): rows} if rows.order.size else {}
         self._state = replace(self._state, latest={**latest, **self._state.latest})
         if by_key.armed is not None and self._arming.armed is None and by_key.armed.topic in self.bindings:
             self._arm(by_key.armed, self.bindings[by_key.armed.topic].message)

@@ -29,6 +29,8 @@ REAL_TIME_PACES = (0.5, 2.0)
 RESTART_MESSAGES = 5
 """Messages of the yaw rate that are behind in a row after a restart: one that is late over a second link rarely has as
 many after it."""
+KEPT_MESSAGES = 100
+"""Messages of the yaw rate that are kept for commands which came before them, and wait for others of their moment."""
 MIN_PACE_APART_LIVE = 0.1
 """How far a pace is from 1 before it is one, over `LAG_MESSAGES` [1]: they take a second, and a bus makes some
 hundredths of it."""
@@ -41,27 +43,24 @@ class LiveClock:
     """The clock after the messages until now.
 
     Attributes:
-        newest: stamp of the yaw rate [s]; NaN before there is one.
-        came: when that arrived [s].
+        course: after the newest messages of the yaw rate, and before the first (4, m): its place among all messages,
+            the newest stamp [s], NaN before there is one, when that arrived [s], and the pace.
         late: messages of the yaw rate in a row that are behind it.
         zeros: stamps of zero, by stream.
         paces: the newest stamps and when they came [s].
         behind: by how much the newest stamps of each other stream are behind it [s].
-        course: within one call of the mapper, after each message of the yaw rate and before the first (4, m): its place
-            in the order of messages, stamp [s], arrival [s] and pace; None between two calls.
     """
 
-    newest: float = nan
-    came: float = 0.0
+    course: Array = field(default_factory=lambda: np.array([[-np.inf], [nan], [0.0], [1.0]]))
     late: int = 0
     zeros: Mapping[str, int] = field(default_factory=dict)
     paces: tuple[tuple[float, float], ...] = ()
     behind: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    course: Array | None = None
 
-    def at_rest(self) -> LiveClock:
-        """The clock between two calls of the mapper."""
-        return replace(self, course=None)
+    @property
+    def newest(self) -> float:
+        """The newest stamp of the yaw rate [s]; NaN before there is one."""
+        return float(self.course[1, -1])
 
     def take(self, name: str, order: Array, arrival: Array, stamps: Array | None) -> tuple[LiveClock, Array, bool]:
         """The clock after messages of a stream, their times (n,) [s], NaN where nothing places them, and whether the
@@ -76,8 +75,9 @@ class LiveClock:
 
     def _of_rate(self, order: Array, arrival: Array, stamps: Array | None) -> tuple[LiveClock, Array]:
         """The clock after messages of the yaw rate, and their times (n,): their stamps, or when they arrived."""
-        newest, came, late, paces = self.newest, self.came, self.late, Paces(self.paces, LAG_MESSAGES)
-        zeros, times, course = self.zeros.get(RATE, 0), list[float](), [(-np.inf, newest, came, _pace(paces))]
+        newest, came = self.course[1:3, -1].tolist()
+        late, paces, course = self.late, Paces(self.paces, LAG_MESSAGES), list[tuple[float, float, float, float]]()
+        zeros, times = self.zeros.get(RATE, 0), list[float]()
         given = arrival if stamps is None else stamps
         ends = [*(order[1:] != order[:-1]).tolist(), True]
         for number, at, time, ends_message in zip(order.tolist(), arrival.tolist(), given.tolist(), ends, strict=True):
@@ -93,13 +93,13 @@ class LiveClock:
                     paces.append((time, at))
             course.append((number, newest, came, _pace(paces)))
         counts = {**self.zeros, RATE: zeros}
-        clock = LiveClock(newest, came, late, counts, tuple(paces), self.behind, np.array(course).T)
-        return clock, np.array(times)
+        went = np.concatenate((self.course[:, -KEPT_MESSAGES:], np.array(course).T), axis=1)
+        return LiveClock(went, late, counts, tuple(paces), self.behind), np.array(times)
 
     def _of(self, name: str, order: Array, arrival: Array, stamps: Array | None) -> tuple[LiveClock, Array, bool]:
         """As `take`, for other messages."""
-        course = np.array([[-np.inf], [self.newest], [self.came], [self.pace]]) if self.course is None else self.course
-        _, newest, came, paces = course[:, np.searchsorted(course[0], order, side="right") - 1]
+        at = np.searchsorted(self.course[0], order, side="right") - 1
+        _, newest, came, paces = self.course[:, np.maximum(at, 0)]
         last = np.searchsorted(order, order, side="right") - 1
         several = last - np.searchsorted(order, order, side="left") > 0
         by_arrival = np.where(several, np.nan, newest + (arrival - came) * paces)

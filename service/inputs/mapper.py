@@ -27,6 +27,8 @@ from service.inputs.units import STAMP_UNITS
 TORQUE, VOLTAGE, SURGE = "torque", "voltage", "surge"
 FieldPlace = tuple[str, str]
 """Topic and path of a number."""
+MAX_KEPT = 100
+"""Values that are kept for a command which is on its way, where commands come on several topics."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +45,7 @@ class Mapped:
     value: Array
     order: Array
 
-    def rows(self, wanted: NDArray[Any]) -> Mapped:
+    def rows(self, wanted: NDArray[Any] | slice) -> Mapped:
         """The values where a mask is true, or at these places."""
         return Mapped(self.t[wanted], self.value[wanted], self.order[wanted])
 
@@ -62,7 +64,7 @@ class State:
 
     Attributes:
         clock: the one on which all streams are placed.
-        latest: the newest value of what commands are read with, in SI units.
+        latest: the newest values of what commands are read with, in SI units: those since the newest command.
         commands: the newest of each command; of a log none.
         pulsed: the commands that have borne a pulse; those in another unit that have come.
         ends: the least and the greatest of each command.
@@ -70,7 +72,7 @@ class State:
     """
 
     clock: Clock | LiveClock = field(default_factory=LiveClock)
-    latest: Mapping[FieldPlace, float] = field(default_factory=dict)
+    latest: Mapping[FieldPlace, Mapped] = field(default_factory=dict)
     commands: Mapping[FieldPlace, Mapped] = field(default_factory=dict)
     pulsed: frozenset[FieldPlace] = frozenset()
     ends: Mapping[FieldPlace, tuple[float, float]] = field(default_factory=dict)
@@ -162,14 +164,14 @@ def has_unknown_voltage(inputs: Inputs, state: State) -> bool:
     return settings.command in ("pwm", "fraction") and not known
 
 
-def real_values(source: Source, inputs: Inputs, tables: Mapping[str, Table]) -> tuple[Array, NDArray[np.bool_]]:
-    """The values of a source that are numbers, of a battery those that one can have; and which rows they stand in."""
+def real_values(source: Source, inputs: Inputs, tables: Mapping[str, Table]) -> Mapped:
+    """The values of a source that are numbers, of a battery those that one can have, without times of their own."""
     table = tables.get(source.topic)
     if table is None or source.field not in table.columns:
-        return np.empty(0), np.zeros(0, dtype=bool)
-    values = table.columns[source.field] * source.factor
+        return NONE
+    values, order = table.columns[source.field] * source.factor, order_of(table, source)
     real = is_battery_voltage(values) if source == battery_of(inputs) else np.isfinite(values)
-    return values[real], real
+    return Mapped(order, values, order).rows(real)
 
 
 class _Call:
@@ -255,24 +257,28 @@ class _Call:
 
     def _newest(self, source: Source | None, order: Array) -> Array:
         """The newest value of a source when commands came (n,); NaN where none had come."""
-        if source is None:
+        rows = NONE if source is None else self._read_with(source)
+        if not rows.order.size:
             return np.full(order.size, np.nan)
-        values, real = real_values(source, self._inputs, self._tables)
-        before = self.state.latest.get((source.topic, source.field), np.nan)
-        if not values.size:
-            return np.full(order.size, before)
-        came = order_of(self._tables[source.topic], source)[real]
-        rising = np.argsort(came, kind="stable")
-        place = np.searchsorted(came[rising], order, side="right") - 1
-        return np.where(place >= 0, values[rising][np.maximum(place, 0)], before)
+        rows = rows.rows(np.argsort(rows.order, kind="stable"))
+        place = np.searchsorted(rows.order, order, side="right") - 1
+        return np.where(place >= 0, rows.value[np.maximum(place, 0)], np.nan)
+
+    def _read_with(self, source: Source) -> Mapped:
+        """The values of a source, those that came before among them."""
+        before = self.state.latest.get((source.topic, source.field), NONE)
+        return Mapped.joined([before, real_values(source, self._inputs, self._tables)])
 
     def ended(self) -> State:
-        """The state for the next call."""
-        latest = dict(self.state.latest)
+        """The state for the next call, which may hold commands that came after the newest of each here."""
+        latest = dict[FieldPlace, Mapped]()
+        since = min((each.order[-1] for each in self.state.commands.values()), default=np.inf)
         for source in read_with(self._inputs):
-            values, _ = real_values(source, self._inputs, self._tables)
-            latest |= {(source.topic, source.field): float(values[-1])} if values.size else {}
-        return replace(self.state, clock=self.state.clock.at_rest(), latest=latest)
+            rows = self._read_with(source)
+            first = max(np.searchsorted(rows.order, since, side="right") - 1, rows.order.size - MAX_KEPT, 0)
+            latest |= {(source.topic, source.field): rows.rows(np.arange(first, rows.order.size))}
+        kept = {place: each for place, each in latest.items() if each.order.size}
+        return replace(self.state, latest={**self.state.latest, **kept})
 
 
 def join_commands(streams: Sequence[Mapped], before: Sequence[Mapped]) -> tuple[Mapped, list[Array]]:

@@ -17,6 +17,7 @@ from service.inputs.mapper import (
     NONE,
     TORQUE,
     FieldPlace,
+    Mapped,
     State,
     arrival_of,
     battery_of,
@@ -142,11 +143,12 @@ def _with_whole_stamps(places: Sequence[Place], tables: Mapping[str, Table]) -> 
     return found
 
 
-def _first_voltage(inputs: Inputs, tables: Mapping[str, Table]) -> dict[FieldPlace, float]:
+def _first_voltage(inputs: Inputs, tables: Mapping[str, Table]) -> dict[FieldPlace, Mapped]:
     """The battery's first voltage [V], which holds before it was told."""
     battery = battery_of(inputs)
-    values = np.empty(0) if battery is None else real_values(battery, inputs, tables)[0]
-    return {(battery.topic, battery.field): float(values[0])} if battery is not None and values.size else {}
+    rows = NONE if battery is None else real_values(battery, inputs, tables).rows(slice(1))
+    place = () if battery is None or not rows.order.size else ((battery.topic, battery.field),)
+    return dict.fromkeys(place, replace(rows, order=np.full(rows.order.size, -np.inf)))
 
 
 def _without_marks(inputs: Inputs, tables: dict[str, Table]) -> tuple[dict[str, Table], dict[str, str]]:

@@ -51,6 +51,12 @@ def test_a_hidden_moment_is_named_with_its_size_and_proven(trimmed: Trace) -> No
     assert "adding bias_torque lowers" in headline(trimmed)
 
 
+def test_unseen_recordings_may_have_clocks_of_their_own() -> None:
+    unseen = [run_of(2, trim=1.5), run_of(3, trim=1.5)]
+    found = trace([run_of(1, trim=1.5)], inertia=12.0, validate=unseen)
+    assert [each.effect for each in found.effects] == ["bias_torque"]
+
+
 def test_the_result_has_the_contracts_form(trimmed: Trace) -> None:
     found = trimmed.to_dict()
     assert set(found) == KEYS

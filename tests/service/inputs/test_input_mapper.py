@@ -161,3 +161,25 @@ def test_a_clock_that_is_a_little_apart_is_said(offset: float, pace: float, said
     sentences = [sentence for sentence in hearing.notices() if "stamps of torque are 3 s" in sentence]
     assert len(sentences) == said
     assert all(("behind" in sentence) == (offset > 0.0) for sentence in sentences)
+
+
+def test_commands_on_several_keys_make_the_same_moments_however_many_messages_come_at_once() -> None:
+    """What bears one stamp is one moment, which takes the speed that was known when its last command came."""
+    each = [{"topic": key, "field": "u", "arm": arm} for key, arm in (("left", 0.4), ("right", -0.4))]
+    thrusters = {"command": "rad/s", "full": 0.01, "inflow": -0.02, "each": each, "stamp": "t"}
+    messages = []
+    for k in range(1, 60):
+        t = 0.1 * k
+        said = {"r": {"t": t, "v": 0.1}, "left": {"t": t, "u": 10.0 + k}, "right": {"t": t, "u": 10.0}, "dvl": {"u": t}}
+        messages += [(key, json.dumps(said[key]).encode(), 5.0 + t) for key in ("r", "left", "dvl", "right")]
+    wanted = [0.4 * (0.01 * ((10.0 + k) ** 2 - 100.0) - 0.02 * 0.1 * k * k) for k in range(1, 59)]
+    for at_once in (1, 3, 1000):
+        hearing = mapping(
+            yaw_rate={"topic": "r", "field": "v", "stamp": "t"},
+            thrusters=thrusters,
+            channels={"surge": {"topic": "dvl", "field": "u"}},
+        )
+        came = [hearing.take(messages[k : k + at_once]) for k in range(0, len(messages), at_once)]
+        torque = Values.joined([some["torque"] for some in came if "torque" in some])
+        np.testing.assert_allclose(torque.t, 0.1 * np.arange(1, 59))
+        np.testing.assert_allclose(torque.value, wanted)
