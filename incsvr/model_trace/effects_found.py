@@ -29,6 +29,8 @@ from incsvr.plant.words import AxisWords, words_of
 
 ROUND_NUMBERS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """Commands at which people read a thrust, in their decade."""
+FREE = ", free inertia"
+"""The end of the names of simulators whose inertia is free."""
 CURVES = {"dead": "dead", "limit": "limit", "reverse": "reverse", "exponent": "exponent"}
 """Stages of the effort that are a curve of the command."""
 
@@ -68,19 +70,22 @@ class Traced:
         return period(self.recordings.streams, self.recordings.axis)
 
 
-def findings_of(traced: Traced) -> tuple[str, list[Finding]]:
+def findings_of(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding]]:
     """The simulator with what was found, by its name, and the effects in the order in which they were added.
 
     Their sizes are those of the simulator, in closed loop of the predictor.
+
+    Args:
+        free_inertia: whether an inertia may be one that the search did not add.
     """
     found, axis = traced.found, traced.recordings.axis
     added, predictor = found.found.added, found.found.fit
     name = EFFECTS if added else PLAIN
-    freed = None if traced.closed else _with_free_inertia(traced, name)
+    freed = _with_free_inertia(traced, name) if free_inertia and not traced.closed else None
     gains = {each.name: each.gain for each in added}
     if freed is not None:
         gains[f"inertia@{axis}"] = predictor.value - freed.value
-        name, predictor = f"{name}, free inertia", freed
+        name, predictor = f"{name}{FREE}", freed
     if not gains:
         return PLAIN, []
     source = predictor if traced.closed else found.models[name]
@@ -107,7 +112,7 @@ def _with_free_inertia(
     """The predictor with a free inertia, where that is an effect which the search did not add: in open loop, where the
     simulator with it is clearly better on excluded recordings, and the predictor is better with it."""
     found, axis = traced.found, traced.recordings.axis
-    free = f"{name}, free inertia"
+    free = f"{name}{FREE}"
     errors = {each: float(excluded[0]) for each, excluded in found.excluded.items()}
     if free not in found.models or is_noise(found.reliability, axis) or errors[free] > (1.0 - least) * errors[name]:
         return None

@@ -15,8 +15,8 @@ from incsvr.model.series import effort_of, values
 from incsvr.model_trace import spells
 from incsvr.model_trace.answering import Loop
 from incsvr.model_trace.channels import usable_channels
-from incsvr.model_trace.effects_found import Traced, findings_of
-from incsvr.model_trace.findings import Pictures, RejectedEffect, Trace, UnexplainedChannel
+from incsvr.model_trace.effects_found import FREE, Traced, findings_of
+from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
 from incsvr.model_trace.ledger import ledger_of
 from incsvr.model_trace.loop import answer_left, loop_of
 from incsvr.model_trace.model import TracedModel
@@ -107,15 +107,15 @@ def _traced(
 def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, ...]) -> Trace:
     found, recordings, fitted, inertia = traced.found, traced.recordings, traced.fitted, traced.inertia
     sought = traced.loop is not Loop.OTHER_GYRO
-    name, added = findings_of(traced) if sought else (PLAIN, [])
-    effects = [each for each in added if has_size(each.interval, inertia, traced.sample)]
-    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for each in added if each not in effects]
-    best = min((name, PLAIN), key=lambda each: float(found.excluded[each][0])) if effects else PLAIN
+    best, effects, unsure = _settled(traced, free_inertia=True) if sought else (PLAIN, [], [])
+    proof = prove(found, best, traced.unseen, fitted, traced.closed)
+    if best.endswith(FREE) and not proof.proven:  # the search did not want that inertia: unseen data have to
+        best, effects, unsure = _settled(traced, free_inertia=False)
+        proof = prove(found, best, traced.unseen, fitted, traced.closed)
     complete, unexplained = found.found.fit, tuple[UnexplainedChannel, ...]()
     if sought:
         complete, unexplained = smooth_rest(complete, recordings.channels)
     loud = _spells(complete, recordings, fitted.scale)
-    proof = prove(found, best, traced.unseen, fitted, traced.closed)
     plain, model = found.models[PLAIN], found.models[best]
     floor = float(proof.error["floor"]["torque_rmse"])
     named = {each.name: tuple(each.candidate.start) for each in found.found.added} if best.startswith(EFFECTS) else {}
@@ -147,6 +147,15 @@ def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, 
         model=as_value,
         pictures=_pictures(proof, fitted, plain, model, as_value),
     )
+
+
+def _settled(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding], list[RejectedEffect]]:
+    """The name of the best of our own simulators on excluded recordings, the effects that have a size, and the rest."""
+    name, added = findings_of(traced, free_inertia)
+    effects = [each for each in added if has_size(each.interval, traced.inertia, traced.sample)]
+    unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for each in added if each not in effects]
+    excluded = traced.found.excluded
+    return min((name, PLAIN), key=lambda each: float(excluded[each][0])) if effects else PLAIN, effects, unsure
 
 
 def _rejected(traced: Traced) -> list[RejectedEffect]:
