@@ -191,7 +191,7 @@ def _fitted(candidate: Candidate, found: Fit) -> Fit:
 def _gains(found: Fit, new: Fit) -> bool:
     """Whether a fit predicts excluded windows clearly better, each by the fit without its fold."""
     reached = gain(left_out(found) - left_out(new), found.problem.windows)
-    return reached.deviations >= 3.0 and reached.agreeing >= 0.75
+    return reached.deviations >= 2.5 and reached.agreeing >= 0.75
 
 
 def convincing(weighed: Iterable[tuple[Candidate, Evidence]], enough: float = 12.0) -> list[tuple[Evidence, Candidate]]:
@@ -201,7 +201,7 @@ def convincing(weighed: Iterable[tuple[Candidate, Evidence]], enough: float = 12
         wrong = each.one_sided and evidence.step[0] < 0.0
         wrong |= any(value < 0.0 and row.low > -np.inf for row, value in zip(each.rows, evidence.step, strict=False))
         one, needed = evidence.excluded, (2.0 if imitates(each) else 1.0) * enough
-        if not wrong and one.total > needed and one.deviations >= 3.0 and one.agreeing >= 0.75 and evidence.sure >= 4.0:
+        if not wrong and one.total > needed and one.deviations >= 2.5 and one.agreeing >= 0.75 and evidence.sure >= 4.0:
             found.append((evidence, each))
     return found
 
