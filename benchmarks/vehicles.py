@@ -23,12 +23,12 @@ from incsvr.model.scales import motion_scale
 from incsvr.model.series import period
 from incsvr.model.structure import Structure
 from incsvr.model.windows import cut
-from incsvr.model_trace.channels import usable_channels
-from incsvr.model_trace.recordings import recordings_of
-from incsvr.model_trace.run import Run
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.signals import TORQUE, YAW_RATE
+from incsvr.tracing.channels import usable_channels
+from incsvr.tracing.recordings import recordings_of
+from incsvr.tracing.run import Run
 from service.commands.fit_result import Fit
 from service.commands.trace import runs_of, trace_recordings
 from service.recordings.recording import Recording, sequence

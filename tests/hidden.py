@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.model.rows import ONE, Factor, Part, Row
-from incsvr.model_trace.model import Effect, TracedModel
 from incsvr.numerics import Array
+from incsvr.tracing.model import Effect, TracedModel
 from service.recordings.recording import Recording, from_streams
 from simulator import leng
 

@@ -48,7 +48,7 @@ ROOMS = (
     "signals",
     "checks",
     "learning",
-    "model_trace",
+    "tracing",
     "compensation",
     "forecasting",
     "vehicle",
@@ -146,7 +146,7 @@ def test_what_injects_an_effect_shares_nothing_with_what_finds_it() -> None:
             if path.name in written_apart:
                 assert not allowed(module, {"incsvr.plant", "incsvr.model"}), name
             if path.name != "whole_vehicle.py":  # it plays a vehicle that was identified
-                assert not allowed(module, {"incsvr.model", "incsvr.model_trace", "incsvr.vehicle"}), name
+                assert not allowed(module, {"incsvr.model", "incsvr.tracing", "incsvr.vehicle"}), name
 
 
 def test_the_mathematics_has_no_clock_and_no_files() -> None:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from incsvr.model_trace.run import Run
 from incsvr.numerics import Streams
+from incsvr.tracing.run import Run
 from service.recordings.recording import Recording
 from simulator import vehicles
 from simulator.dive_log import dives

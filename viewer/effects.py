@@ -11,8 +11,8 @@ import rerun as rr
 from rerun.components import MarkerShape
 
 from incsvr.compensation.proof import errors
-from incsvr.model_trace.sentences import chance
 from incsvr.plant.words import YAW_WORDS, AxisWords
+from incsvr.tracing.sentences import chance
 from service.wire import Batch, EffectsLedger
 from viewer.frame import Floats, Frame
 from viewer.names import effect, found_title, parameter, step, words

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from incsvr.model_trace.sentences import LABELS
 from incsvr.plant.words import YAW_WORDS, AxisWords
+from incsvr.tracing.sentences import LABELS
 from service.inputs.units import si_unit
 from viewer.frame import clock_text
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.fit_pictures import FitPictures
-from incsvr.model_trace.findings import Trace
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
+from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
 

@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.model.efforts import Stage, lagged, means
-from incsvr.model_trace.model import TracedModel, parts
 from incsvr.numerics import Array, Stream, Streams
 from incsvr.plant.axes import of_rate, stream_of
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.streams import JUMP_S
+from incsvr.tracing.model import TracedModel, parts
 
 HEADING_CHANNEL = "heading"
 """The channel of the heading."""

@@ -21,13 +21,13 @@ from incsvr.compensation.effects_in_force import FOLLOWED_BY_LEARNING, INERTIA, 
 from incsvr.errors import BadInput
 from incsvr.model.efforts import Stage, lagged
 from incsvr.model.structure import STAGES
-from incsvr.model_trace.model import Effect, TracedModel, parts
-from incsvr.model_trace.vocabulary import WORDS
 from incsvr.numerics import Array
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.signals.steps import refuse_steps
+from incsvr.tracing.model import Effect, TracedModel, parts
+from incsvr.tracing.vocabulary import WORDS
 
 MAX_PLAN_STEP_S = 0.1
 """Step of a plan's grid at most [s]: rotors and water are slower."""

@@ -1,7 +1,7 @@
 """Whether effects, as they were found, predict better on data that came after their trace.
 
 Two models are fitted to the data before, one with the effects and one without, and both predict the fresh data; what
-proves the effects is what proves them in `incsvr trace` (`incsvr.model_trace.proof`).
+proves the effects is what proves them in `incsvr trace` (`incsvr.tracing.proof`).
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.identification import plain_fit, structure_of
 from incsvr.model.series import effort_of
 from incsvr.model.windows import cut
-from incsvr.model_trace.proof import EFFECTS, OUTPUT_ERROR, PLAIN, compared, held
-from incsvr.model_trace.recordings import Recordings, recordings_of
-from incsvr.model_trace.run import Run
-from incsvr.model_trace.unseen import judge
 from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import YAW
 from incsvr.signals import TORQUE, YAW_RATE
+from incsvr.tracing.proof import EFFECTS, OUTPUT_ERROR, PLAIN, compared, held
+from incsvr.tracing.recordings import Recordings, recordings_of
+from incsvr.tracing.run import Run
+from incsvr.tracing.unseen import judge
 
 MIN_SAMPLES_BEFORE = 100
 """Samples of the yaw rate before the fresh data: below it no damping is determined."""

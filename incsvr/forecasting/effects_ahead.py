@@ -16,8 +16,8 @@ from incsvr.model.efforts import Stage, lagged, means
 from incsvr.model.factors import one_by_one, slopes
 from incsvr.model.rows import Factor
 from incsvr.model.series import effort_of
-from incsvr.model_trace.model import stages
 from incsvr.numerics import Array
+from incsvr.tracing.model import stages
 
 Term = tuple[float, Factor, Factor]
 """A number times two factors."""

@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike
 from incsvr.errors import BadInput
 from incsvr.learning.fit_pictures import FitPictures
 from incsvr.learning.prediction import Prediction
-from incsvr.model_trace.findings import Trace
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.terms import mass_unit, stage_unit, thrust_name
+from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
 from service.cli.parser import Parser

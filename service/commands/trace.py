@@ -10,14 +10,14 @@ from importlib import import_module
 from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.model_trace.findings import Trace
-from incsvr.model_trace.result import trace
-from incsvr.model_trace.run import Run
-from incsvr.model_trace.sentences import chance, headline, limits, proof
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.signals.settings import TorqueKind
+from incsvr.tracing.findings import Trace
+from incsvr.tracing.result import trace
+from incsvr.tracing.run import Run
+from incsvr.tracing.sentences import chance, headline, limits, proof
 from service.cli.next_command import AXIS_FLAGS, LOG_FLAGS, WRITTEN, following, next_line
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress

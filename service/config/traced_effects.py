@@ -103,7 +103,7 @@ def effects_from_trace(
     """
     # Loaded where it is needed alone: most learners have no traced effects.
     from incsvr.compensation.effects_in_force import FOLLOWED_BY_LEARNING, Compensation
-    from incsvr.model_trace.model import TracedModel
+    from incsvr.tracing.model import TracedModel
 
     try:
         traced_model = TracedModel.from_dict(model)

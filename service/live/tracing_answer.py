@@ -11,13 +11,13 @@ from incsvr.compensation.fresh_data import as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from incsvr.learning.several_velocities.freeing import streams_by_itself
-from incsvr.model_trace.model import Effect, TracedModel
-from incsvr.model_trace.result import trace_if_found
 from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.signals import REQUIRED
 from incsvr.signals.coupled import decoupled_streams
+from incsvr.tracing.model import Effect, TracedModel
+from incsvr.tracing.result import trace_if_found
 
 
 def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:

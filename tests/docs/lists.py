@@ -11,9 +11,9 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from incsvr.model.rows import Factor, row
-from incsvr.model_trace.effect_values import Here
-from incsvr.model_trace.vocabulary import WORDS, Word
 from incsvr.plant.words import YAW_WORDS
+from incsvr.tracing.effect_values import Here
+from incsvr.tracing.vocabulary import WORDS, Word
 from service.cli.command_line import whole_parser
 from service.cli.parser import Parser
 from service.config.config_writer import _bounds

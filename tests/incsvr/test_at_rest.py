@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.model_trace.result import trace
-from incsvr.model_trace.run import Run
 from incsvr.numerics import Array
+from incsvr.tracing.result import trace
+from incsvr.tracing.run import Run
 
 INERTIA, PERIOD = 350.0, 0.05
 """[kg m²], as declared; between two samples [s]."""

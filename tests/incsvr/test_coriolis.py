@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.model_trace.result import trace
-from incsvr.model_trace.run import Run
 from incsvr.numerics import Array
+from incsvr.tracing.result import trace
+from incsvr.tracing.run import Run
 
 STEP, INERTIA, MUNK, LIFT = 0.1, 24.0, 30.0, 15.0
 

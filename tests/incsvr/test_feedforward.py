@@ -9,11 +9,11 @@ from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.feedforward import Feedforward, Plan, feedforward
 from incsvr.compensation.traced_motion import traced_free_run_errors
 from incsvr.model.rows import Factor
-from incsvr.model_trace.model import Effect, TracedModel
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW
 from incsvr.plant.body import Coupled
 from incsvr.plant.mass_and_coriolis import mass_matrix
+from incsvr.tracing.model import Effect, TracedModel
 from tests.hidden import acting, lag, memory, stage, trim
 
 INERTIA, STEP = 24.0, 0.02

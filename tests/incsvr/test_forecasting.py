@@ -21,8 +21,8 @@ from incsvr.learning.free_run import free_run
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.model.rows import Factor
-from incsvr.model_trace.model import Effect, TracedModel
 from incsvr.numerics import Array
+from incsvr.tracing.model import Effect, TracedModel
 from service.recordings import samples_from_recording
 from simulator import leng
 from tests.hidden import acting, lag, memory, stage, trim

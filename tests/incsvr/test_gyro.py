@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.model_trace.gyro import check_gyro
 from incsvr.numerics import Array
+from incsvr.tracing.gyro import check_gyro
 from service.recordings.recording_csv import read
 from tests.worlds import trial
 

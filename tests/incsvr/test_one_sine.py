@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.model_trace.result import trace
-from incsvr.model_trace.run import Run
 from incsvr.numerics import Array
+from incsvr.tracing.result import trace
+from incsvr.tracing.run import Run
 from simulator.mission import Mission
 from simulator.sensors import Sensor
 from simulator.vehicles import TURNING

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from incsvr.model_trace.result import trace
-from incsvr.model_trace.run import Run
 from incsvr.numerics import Array
+from incsvr.tracing.result import trace
+from incsvr.tracing.run import Run
 from tests.incsvr.test_coriolis import STEP, wandering
 
 INERTIA, TOP = 24.0, 18.0

@@ -11,11 +11,11 @@ import pytest
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.freeing import takes_torque as ledger
 from incsvr.model.rows import Factor
-from incsvr.model_trace.model import Effect, TracedModel
 from incsvr.numerics import Array
 from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
 from incsvr.signals.samples import Samples
+from incsvr.tracing.model import Effect, TracedModel
 from simulator import leng
 from tests.hidden import BIAS, LAG, TRUTH, acting, lag, memory, recording, stage, trim, with_channels
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.model_trace.result import trace
-from incsvr.model_trace.run import Run
+from incsvr.tracing.result import trace
+from incsvr.tracing.run import Run
 from service.recordings.recording import from_streams
 from service.recordings.recording_csv import read
 from simulator.mission import Mission

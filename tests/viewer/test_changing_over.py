@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from rerun.chunk import RrdReader
 
-from incsvr.model_trace.model import TracedModel
+from incsvr.tracing.model import TracedModel
 from service.bus.session import listener_config_at, open_session
 from service.config.traced_effects import effects_from_trace
 from service.learner.node import LearnerNode

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.model_trace.findings import Trace, UnexplainedChannel
-from incsvr.model_trace.result import trace
-from incsvr.model_trace.run import Run
-from incsvr.model_trace.sentences import headline, limits
 from incsvr.plant.axes import AXES
+from incsvr.tracing.findings import Trace, UnexplainedChannel
+from incsvr.tracing.result import trace
+from incsvr.tracing.run import Run
+from incsvr.tracing.sentences import headline, limits
 from service.commands.trace import text
 from tests.worlds import trial
 from viewer.report import write

@@ -12,18 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from incsvr.compensation.proof import Proof, errors
-from incsvr.model_trace.effects_found import sentence
-from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
-from incsvr.model_trace.held_out import Errors, beats_zero
-from incsvr.model_trace.model import TracedModel
-from incsvr.model_trace.result import NO_SIZE
-from incsvr.model_trace.sentences import headline, limits
-from incsvr.model_trace.spells import sentence as of_spells
-from incsvr.model_trace.spells import spans
-from incsvr.model_trace.vocabulary import contract_name
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.words import words_of
+from incsvr.tracing.effects_found import sentence
+from incsvr.tracing.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
+from incsvr.tracing.held_out import Errors, beats_zero
+from incsvr.tracing.model import TracedModel
+from incsvr.tracing.result import NO_SIZE
+from incsvr.tracing.sentences import headline, limits
+from incsvr.tracing.spells import sentence as of_spells
+from incsvr.tracing.spells import spans
+from incsvr.tracing.vocabulary import contract_name
 from service.commands.trace import text
 
 MAX_HEADLINE_WORDS = 25
@@ -75,7 +75,7 @@ def changes(draw: st.DrawFn, added: bool) -> tuple[float, float, dict[str, float
 
 @st.composite
 def traces(draw: st.DrawFn, found: Trace) -> Trace:
-    """A consistent result, as `incsvr.model_trace.result` makes it."""
+    """A consistent result, as `incsvr.tracing.result` makes it."""
     axis, loop = draw(st.sampled_from(sorted(AXES))), draw(st.sampled_from(("open", "closed")))
     effects = draw(findings(axis))
     torque, free = draw(changes(bool(effects))), draw(changes(bool(effects)))

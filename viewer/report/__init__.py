@@ -9,8 +9,8 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.learning.fit_pictures import FitPictures
-from incsvr.model_trace.findings import Trace
 from incsvr.plant.axes import YAW, Axis
+from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Comparison, Identified
 from service.cli.extras import how_to_install
 

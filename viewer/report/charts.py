@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from incsvr.model_trace.findings import Pictures
-from incsvr.model_trace.held_out import Errors
-from incsvr.model_trace.model import TracedModel
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
+from incsvr.tracing.findings import Pictures
+from incsvr.tracing.held_out import Errors
+from incsvr.tracing.model import TracedModel
 from viewer.report.drawing import AFTER, BEFORE, MEASURED, PARTS, binned, dots, driven, edges, line, over_time, svg
 
 BAND_SHARE = 0.9

@@ -9,11 +9,11 @@ import numpy as np
 from markupsafe import Markup
 
 from incsvr.learning.coefficients import negative_drag
-from incsvr.model_trace.findings import Finding, Trace
-from incsvr.model_trace.sentences import LABELS, chance, headline, left_of_torque, limits, proof
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
+from incsvr.tracing.findings import Finding, Trace
+from incsvr.tracing.sentences import LABELS, chance, headline, left_of_torque, limits, proof
 from viewer.report.charts import damping_curves, free_runs, hint, residual_against, told_apart, torque_split
 from viewer.report.figures import between, capital, number, rendered
 

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.model_trace.findings import Finding
-from incsvr.model_trace.model import TracedModel
+from incsvr.tracing.findings import Finding
+from incsvr.tracing.model import TracedModel
 from incsvr.vehicle import Parameter, Vehicle
 from service.bus.session import free_endpoint
 from service.cli.command_line import main

@@ -15,7 +15,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.model.rows import Factor
-from incsvr.model_trace.model import TracedModel
+from incsvr.tracing.model import TracedModel
 from service import wire
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.traced_effects import TracedEffects, effects_from_trace

@@ -13,8 +13,8 @@ import pytest
 import zenoh
 
 from incsvr.errors import BadInput
-from incsvr.model_trace.model import TracedModel
 from incsvr.plant.body import CORIOLIS
+from incsvr.tracing.model import TracedModel
 from service import wire
 from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.export.command import in_format

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from incsvr.model_trace.held_out import Errors, beats_zero
-from incsvr.model_trace.model import TracedModel
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.mass_and_coriolis import inertia_in_force
+from incsvr.tracing.held_out import Errors, beats_zero
+from incsvr.tracing.model import TracedModel
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from incsvr.model.series import duration, values
-from incsvr.model_trace.recordings import Recordings
-from incsvr.model_trace.stretches import bounded
 from incsvr.numerics import Array
+from incsvr.tracing.recordings import Recordings
+from incsvr.tracing.stretches import bounded
 
 
 def recordings(seconds: float) -> Recordings:

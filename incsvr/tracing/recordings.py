@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from incsvr.model_trace.run import Run, pieces, stream
 from incsvr.numerics import Streams
 from incsvr.plant.axes import of_rate
+from incsvr.tracing.run import Run, pieces, stream
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.model.fitting import Fit
-from incsvr.model_trace.answering import Loop, answers, of_this_gyro, standing_time
-from incsvr.model_trace.run import Run
-from incsvr.model_trace.thresholds import LOOP_CORRELATION, OTHER_GYRO_CORRELATION
-from incsvr.model_trace.unseen import Judge
 from incsvr.signals.settings import MEASURED, TorqueKind
+from incsvr.tracing.answering import Loop, answers, of_this_gyro, standing_time
+from incsvr.tracing.run import Run
+from incsvr.tracing.thresholds import LOOP_CORRELATION, OTHER_GYRO_CORRELATION
+from incsvr.tracing.unseen import Judge
 
 
 def loop_of(runs: Sequence[Run], fitted: Judge, plain: Fit, torque: TorqueKind | None) -> Loop:

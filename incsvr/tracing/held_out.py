@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.model_trace.statistics import rms
-from incsvr.model_trace.thresholds import HORIZON_SCALES
 from incsvr.numerics import Array, root_mean_square
+from incsvr.tracing.statistics import rms
+from incsvr.tracing.thresholds import HORIZON_SCALES
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from incsvr.model_trace.run import Run, stream
-from incsvr.model_trace.thresholds import COPY_CORRELATION, FUNCTION_R2
 from incsvr.numerics import Array
 from incsvr.plant.axes import EFFORTS
+from incsvr.tracing.run import Run, stream
+from incsvr.tracing.thresholds import COPY_CORRELATION, FUNCTION_R2
 
 
 def usable_channels(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.model_trace.gyro import check_gyro
-from incsvr.model_trace.thresholds import MIN_SAMPLES
 from incsvr.numerics import Array, running_integral
 from incsvr.plant.axes import YAW, of_rate
 from incsvr.plant.words import AxisWords, words_of
+from incsvr.tracing.gyro import check_gyro
+from incsvr.tracing.thresholds import MIN_SAMPLES
 
 
 @dataclass(frozen=True, slots=True)

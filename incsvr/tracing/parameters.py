@@ -9,9 +9,9 @@ import numpy as np
 
 from incsvr.model.fitting import Fit
 from incsvr.model.intervals import covariance, widened
-from incsvr.model_trace.effect_values import Here, Parameters, here
-from incsvr.model_trace.vocabulary import word_of
 from incsvr.numerics import Array
+from incsvr.tracing.effect_values import Here, Parameters, here
+from incsvr.tracing.vocabulary import word_of
 
 POSITIVE = ("time_constant_s", "half_width_nm", "limit_nm", "reverse_efficiency", "exponent", "inertia_kg_m2")
 """Parameters that are fitted as their logarithms; so are the ends of their intervals."""

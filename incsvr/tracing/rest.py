@@ -12,8 +12,8 @@ from incsvr.model.fitting import Fit, fit
 from incsvr.model.rows import ONE, Factor, Row, row
 from incsvr.model.search import convincing
 from incsvr.model.series import values
-from incsvr.model_trace.findings import UnexplainedChannel
-from incsvr.model_trace.statistics import p_value
+from incsvr.tracing.findings import UnexplainedChannel
+from incsvr.tracing.statistics import p_value
 
 
 def smooth_rest(

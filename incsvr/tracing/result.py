@@ -12,31 +12,31 @@ from incsvr.model.fitting import Fit
 from incsvr.model.identification import identify
 from incsvr.model.scales import motion_scale
 from incsvr.model.series import effort_of, values
-from incsvr.model_trace import spells
-from incsvr.model_trace.answering import Loop
-from incsvr.model_trace.channels import usable_channels
-from incsvr.model_trace.effects_found import FREE, Traced, findings_of
-from incsvr.model_trace.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
-from incsvr.model_trace.ledger import ledger_of
-from incsvr.model_trace.loop import answer_left, loop_of
-from incsvr.model_trace.model import TracedModel
-from incsvr.model_trace.parameters import has_size
-from incsvr.model_trace.proof import EFFECTS, PLAIN, Proof, prove
-from incsvr.model_trace.recordings import Recordings, recordings_of
-from incsvr.model_trace.refusals import refuse_too_little_motion
-from incsvr.model_trace.rest import smooth_rest
-from incsvr.model_trace.run import Run, check
-from incsvr.model_trace.sentences import of_loop, of_share
-from incsvr.model_trace.statistics import p_value
-from incsvr.model_trace.stretches import bounded
-from incsvr.model_trace.thresholds import MAX_REJECTED, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
-from incsvr.model_trace.traced_model import traced_model
-from incsvr.model_trace.unseen import Judge, ends, judge, times
-from incsvr.model_trace.vocabulary import contract_name
 from incsvr.numerics import Array
 from incsvr.plant.axes import of_rate
 from incsvr.plant.words import AxisWords
 from incsvr.signals.settings import TorqueKind
+from incsvr.tracing import spells
+from incsvr.tracing.answering import Loop
+from incsvr.tracing.channels import usable_channels
+from incsvr.tracing.effects_found import FREE, Traced, findings_of
+from incsvr.tracing.findings import Finding, Pictures, RejectedEffect, Trace, UnexplainedChannel
+from incsvr.tracing.ledger import ledger_of
+from incsvr.tracing.loop import answer_left, loop_of
+from incsvr.tracing.model import TracedModel
+from incsvr.tracing.parameters import has_size
+from incsvr.tracing.proof import EFFECTS, PLAIN, Proof, prove
+from incsvr.tracing.recordings import Recordings, recordings_of
+from incsvr.tracing.refusals import refuse_too_little_motion
+from incsvr.tracing.rest import smooth_rest
+from incsvr.tracing.run import Run, check
+from incsvr.tracing.sentences import of_loop, of_share
+from incsvr.tracing.statistics import p_value
+from incsvr.tracing.stretches import bounded
+from incsvr.tracing.thresholds import MAX_REJECTED, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
+from incsvr.tracing.traced_model import traced_model
+from incsvr.tracing.unseen import Judge, ends, judge, times
+from incsvr.tracing.vocabulary import contract_name
 
 TOO_LITTLE = "it improves too little beside the effects found"
 NOT_UNSEEN = "it does not improve predictions of excluded parts of the recordings clearly"

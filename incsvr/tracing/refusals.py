@@ -10,17 +10,17 @@ from incsvr.errors import BadInput
 from incsvr.model.fitting import fit
 from incsvr.model.identification import Identification
 from incsvr.model.series import effort_of, noise, values
-from incsvr.model_trace.proof import OUTPUT_ERROR, PLAIN
-from incsvr.model_trace.recordings import Recordings
-from incsvr.model_trace.thresholds import (
+from incsvr.plant.axes import of_rate
+from incsvr.plant.words import words_of
+from incsvr.tracing.proof import OUTPUT_ERROR, PLAIN
+from incsvr.tracing.recordings import Recordings
+from incsvr.tracing.thresholds import (
     IDLE_TORQUE_SHARE,
     MAX_GAIN_ERROR,
     MAX_IDLE_SHARE,
     MIN_IDLE_TURN_DEVIATIONS,
     MIN_TURN_DEVIATIONS,
 )
-from incsvr.plant.axes import of_rate
-from incsvr.plant.words import words_of
 
 
 def refuse_too_little_motion(recordings: Recordings, scale: float, found: Identification | None = None) -> None:

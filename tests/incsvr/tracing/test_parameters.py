@@ -18,15 +18,15 @@ from incsvr.model.identification import plain_fit, pool, structure_of
 from incsvr.model.intervals import halved
 from incsvr.model.predictor import frequencies
 from incsvr.model.rows import Row
-from incsvr.model_trace.effect_values import Here
-from incsvr.model_trace.model import TracedModel
-from incsvr.model_trace.parameters import ends, has_size, parameters_of
-from incsvr.model_trace.recordings import Recordings, recordings_of
-from incsvr.model_trace.sentences import LABELS
-from incsvr.model_trace.traced_model import traced_model
-from incsvr.model_trace.vocabulary import WORDS, contract_name, streams, word_of
 from incsvr.numerics import Array
 from incsvr.plant.words import YAW_WORDS
+from incsvr.tracing.effect_values import Here
+from incsvr.tracing.model import TracedModel
+from incsvr.tracing.parameters import ends, has_size, parameters_of
+from incsvr.tracing.recordings import Recordings, recordings_of
+from incsvr.tracing.sentences import LABELS
+from incsvr.tracing.traced_model import traced_model
+from incsvr.tracing.vocabulary import WORDS, contract_name, streams, word_of
 from service.commands.trace import runs_of
 from simulator.mission import Mission
 from simulator.vehicles import TURNING

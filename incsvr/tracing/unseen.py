@@ -16,10 +16,10 @@ from incsvr.model.series import duration, period
 from incsvr.model.simulation import predict
 from incsvr.model.structure import Structure
 from incsvr.model.windows import Windows, cut
-from incsvr.model_trace.held_out import Ahead, Errors
-from incsvr.model_trace.recordings import Recordings
-from incsvr.model_trace.thresholds import HORIZON_SCALES, TORQUE_BLOCK_SCALES
 from incsvr.numerics import Array
+from incsvr.tracing.held_out import Ahead, Errors
+from incsvr.tracing.recordings import Recordings
+from incsvr.tracing.thresholds import HORIZON_SCALES, TORQUE_BLOCK_SCALES
 
 
 @dataclass(frozen=True)

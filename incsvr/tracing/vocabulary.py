@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from incsvr.model_trace.effect_values import (
+from incsvr.plant.axes import VELOCITIES
+from incsvr.tracing.effect_values import (
     Parameters,
     Unsure,
     bias_drift_values,
@@ -31,7 +32,6 @@ from incsvr.model_trace.effect_values import (
     unsure_wave,
     wave_values,
 )
-from incsvr.plant.axes import VELOCITIES
 
 
 @dataclass(frozen=True, slots=True)

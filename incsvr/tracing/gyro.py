@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.model_trace.thresholds import (
+from incsvr.numerics import Array
+from incsvr.plant.words import YAW_WORDS, AxisWords
+from incsvr.tracing.thresholds import (
     MIN_CLIPPED_LEAP_STEPS,
     MIN_CLIPPED_SAMPLES,
     MIN_CLIPPED_SHARE,
@@ -16,8 +18,6 @@ from incsvr.model_trace.thresholds import (
     MIN_STUCK_SHARE,
     MIN_STUCK_TORQUE_SHARE,
 )
-from incsvr.numerics import Array
-from incsvr.plant.words import YAW_WORDS, AxisWords
 
 
 def check_gyro(name: str, time: Array, rate: Array, torque: Array, words: AxisWords = YAW_WORDS) -> None:

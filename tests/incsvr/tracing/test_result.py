@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.model_trace.effects_found import sentence
-from incsvr.model_trace.findings import Trace
-from incsvr.model_trace.result import trace, trace_if_found
-from incsvr.model_trace.run import Run
-from incsvr.model_trace.sentences import headline
 from incsvr.plant.words import YAW_WORDS
+from incsvr.tracing.effects_found import sentence
+from incsvr.tracing.findings import Trace
+from incsvr.tracing.result import trace, trace_if_found
+from incsvr.tracing.run import Run
+from incsvr.tracing.sentences import headline
 from service.commands.trace import runs_of, text
 from simulator.mission import Mission
 from simulator.vehicles import TURNING

@@ -9,9 +9,9 @@ import numpy as np
 from incsvr.model.efforts import Stage
 from incsvr.model.fitting import Fit
 from incsvr.model.series import effort_of
-from incsvr.model_trace.model import TracedModel, parts
-from incsvr.model_trace.traced_model import damping_of
 from incsvr.numerics import Array
+from incsvr.tracing.model import TracedModel, parts
+from incsvr.tracing.traced_model import damping_of
 
 
 def ledger_of(model: Fit, traced: TracedModel) -> tuple[Array, dict[str, Array]]:

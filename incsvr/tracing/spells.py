@@ -12,7 +12,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.model_trace.thresholds import (
+from incsvr.numerics import Array, robust_deviation
+from incsvr.tracing.thresholds import (
     MAX_NAMED_SPELLS,
     MAX_PERMUTED,
     MIN_LOUDER_DEVIATION,
@@ -22,7 +23,6 @@ from incsvr.model_trace.thresholds import (
     SPELL_WINDOW_SCALES,
     STUDENT_DEGREES,
 )
-from incsvr.numerics import Array, robust_deviation
 
 
 def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> NDArray[np.bool_]:

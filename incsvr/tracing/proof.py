@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from incsvr.model.identification import Identification
-from incsvr.model_trace.disturbance import disturbance
-from incsvr.model_trace.held_out import Errors, beats_zero, horizons, trivial
-from incsvr.model_trace.statistics import Change, change_of_rms, rms
-from incsvr.model_trace.thresholds import INDEPENDENT_BLOCK_SCALES, TORQUE_BLOCK_SCALES
-from incsvr.model_trace.unseen import Judge
 from incsvr.numerics import Array, root_mean_square
+from incsvr.tracing.disturbance import disturbance
+from incsvr.tracing.held_out import Errors, beats_zero, horizons, trivial
+from incsvr.tracing.statistics import Change, change_of_rms, rms
+from incsvr.tracing.thresholds import INDEPENDENT_BLOCK_SCALES, TORQUE_BLOCK_SCALES
+from incsvr.tracing.unseen import Judge
 
 PLAIN, EFFECTS, OUTPUT_ERROR = "plain", "effects", "plain, free inertia"
 """Names of the engine's models: the declared one with learned damping, with effects, and with a free inertia alone."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from incsvr.model_trace.answering import Loop
-from incsvr.model_trace.findings import Trace
-from incsvr.model_trace.thresholds import MUCH_LEFT_SHARE
 from incsvr.plant.words import AxisWords, words_of
+from incsvr.tracing.answering import Loop
+from incsvr.tracing.findings import Trace
+from incsvr.tracing.thresholds import MUCH_LEFT_SHARE
 
 LABELS = {
     "moment_nm": ("moment", "{effort_unit}"),

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
-from incsvr.model_trace.thresholds import WHITENING_LAGS
 from incsvr.numerics import Array
+from incsvr.tracing.thresholds import WHITENING_LAGS
 
 NORMAL_95 = 1.959964
 """Half width of a 95 % interval in deviations."""

@@ -10,10 +10,10 @@ from incsvr.model.factors import one_by_one
 from incsvr.model.fitting import Fit
 from incsvr.model.rows import Row
 from incsvr.model.series import effort_of, values
-from incsvr.model_trace.model import TABLE_RATES, Effect, TracedModel
-from incsvr.model_trace.thresholds import TABLED_RATE_QUANTILES
-from incsvr.model_trace.vocabulary import contract_name
 from incsvr.numerics import Array
+from incsvr.tracing.model import TABLE_RATES, Effect, TracedModel
+from incsvr.tracing.thresholds import TABLED_RATE_QUANTILES
+from incsvr.tracing.vocabulary import contract_name
 
 DAMPING = ("linear", "quadratic", "bend")
 """Rows of an axis's own damping, without what is behind their colon."""

@@ -9,8 +9,8 @@ import numpy as np
 
 from incsvr.model.scales import motion_scale
 from incsvr.model.series import duration, values
-from incsvr.model_trace.recordings import Recordings
 from incsvr.numerics import Stream, Streams
+from incsvr.tracing.recordings import Recordings
 
 
 def bounded(

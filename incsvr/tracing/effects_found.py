@@ -15,17 +15,17 @@ from incsvr.model.intervals import halved
 from incsvr.model.rows import Row
 from incsvr.model.search import Added, is_noise
 from incsvr.model.series import effort_of, period
-from incsvr.model_trace.answering import Loop
-from incsvr.model_trace.findings import Finding
-from incsvr.model_trace.parameters import parameters_of
-from incsvr.model_trace.proof import EFFECTS, PLAIN
-from incsvr.model_trace.recordings import Recordings
-from incsvr.model_trace.sentences import AHEAD, LABELS
-from incsvr.model_trace.statistics import p_value
-from incsvr.model_trace.unseen import Judge
-from incsvr.model_trace.vocabulary import contract_name, streams, word_of
 from incsvr.plant.axes import of_rate
 from incsvr.plant.words import AxisWords, words_of
+from incsvr.tracing.answering import Loop
+from incsvr.tracing.findings import Finding
+from incsvr.tracing.parameters import parameters_of
+from incsvr.tracing.proof import EFFECTS, PLAIN
+from incsvr.tracing.recordings import Recordings
+from incsvr.tracing.sentences import AHEAD, LABELS
+from incsvr.tracing.statistics import p_value
+from incsvr.tracing.unseen import Judge
+from incsvr.tracing.vocabulary import contract_name, streams, word_of
 
 ROUND_NUMBERS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """Commands at which people read a thrust, in their decade."""

@@ -13,9 +13,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.model_trace.run import Run, stream
-from incsvr.model_trace.statistics import whitened
-from incsvr.model_trace.thresholds import (
+from incsvr.numerics import Array, robust_deviation
+from incsvr.numerics.linear_filter import lfilter
+from incsvr.tracing.run import Run, stream
+from incsvr.tracing.statistics import whitened
+from incsvr.tracing.thresholds import (
     GYRO_SIGHT_SAMPLES,
     LOOP_DEVIATIONS,
     MIN_TORQUE_CHANGES,
@@ -24,8 +26,6 @@ from incsvr.model_trace.thresholds import (
     SURPRISE_CLIP_DEVIATIONS,
     TORQUE_PAST_CELLS,
 )
-from incsvr.numerics import Array, robust_deviation
-from incsvr.numerics.linear_filter import lfilter
 
 
 class Loop(Enum):
