@@ -11,7 +11,7 @@ from incsvr.model.candidates import Candidate, candidates, imitates, joined, ran
 from incsvr.model.directions import Evidence, directions
 from incsvr.model.factors import one_by_one
 from incsvr.model.fitting import Fit, fit
-from incsvr.model.left_out import gain, left_out
+from incsvr.model.left_out import Gain, gain, left_out
 from incsvr.model.predictor import Predictor, whitened
 from incsvr.model.rows import Row
 from incsvr.model.structure import Structure
@@ -190,8 +190,16 @@ def _fitted(candidate: Candidate, found: Fit) -> Fit:
 
 def _gains(found: Fit, new: Fit) -> bool:
     """Whether a fit predicts excluded windows clearly better, each by the fit without its fold."""
-    reached = gain(left_out(found) - left_out(new), found.problem.windows)
-    return reached.deviations >= 2.5 and reached.agreeing >= 0.75
+    return _is_clear(gain(left_out(found) - left_out(new), found.problem.windows))
+
+
+def _is_clear(
+    one: Gain,
+    deviations: float = 2.8,  # false names reached 2.6; an effect of a sixth of the blocks reaches no more than 3
+    agreeing: float = 0.75,  # of the folds
+) -> bool:
+    """Whether a gain on excluded windows is more than chance, and not that of few of them."""
+    return one.deviations >= deviations and one.agreeing >= agreeing
 
 
 def convincing(weighed: Iterable[tuple[Candidate, Evidence]], enough: float = 12.0) -> list[tuple[Evidence, Candidate]]:
@@ -201,7 +209,7 @@ def convincing(weighed: Iterable[tuple[Candidate, Evidence]], enough: float = 12
         wrong = each.one_sided and evidence.step[0] < 0.0
         wrong |= any(value < 0.0 and row.low > -np.inf for row, value in zip(each.rows, evidence.step, strict=False))
         one, needed = evidence.excluded, (2.0 if imitates(each) else 1.0) * enough
-        if not wrong and one.total > needed and one.deviations >= 2.5 and one.agreeing >= 0.75 and evidence.sure >= 4.0:
+        if not wrong and one.total > needed and _is_clear(one) and evidence.sure >= 4.0:
             found.append((evidence, each))
     return found
 
