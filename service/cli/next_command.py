@@ -29,7 +29,7 @@ def following(
             words.append(flag)
             continue
         for each in value if isinstance(value, list) else [value] * (value is not None and value is not False):
-            text = str(getattr(each, "text", each))
+            text = str(getattr(each, "text", each)).removesuffix(".0" if name == "inertia" else "")  # as Python gave it
             if name != "set" or text.startswith(COMMON_VALUES):
                 words += [flag, text] if not text.startswith("-") else [f"{flag}={text}"]
     unseen = [str(path) for path in getattr(args, "validate", None) or []] if command != "inspect" else []

@@ -166,8 +166,13 @@ def _run_on_tables(args: argparse.Namespace) -> int:
     if args.table is not None:
         write_compared(args.table, table, found)
     rows, seen = _changed_rows(table, history, found), history.shown(found, table.column("dive"))
-    document = {"coefficients": table.num_rows, "changes": rows, "shown": [each.to_dict() for each in seen]}
-    emit(args, document, _text_of_tables(rows, history, found, seen))
+    if args.table is None:
+        after = following(args, "compare", args.dives, (), "--table", "compared.parquet"), "keeps the test of each row"
+    else:
+        after = following(args, "compare", [args.table], (), "--json", "changes.json"), "lists the changes for programs"
+    shown = [each.to_dict() for each in seen]
+    document = {"coefficients": table.num_rows, "changes": rows, "shown": shown, "next": after[0]}
+    emit(args, document, f"{_text_of_tables(rows, history, found, seen)}\n\n{next_line(*after)}")
     return 0
 
 

@@ -137,7 +137,7 @@ def _of_recordings(
 def _next(args: argparse.Namespace) -> tuple[str, str]:
     """The command that follows, and what it does."""
     if args.write is not None:
-        return shlex.join(["incsvr", "serve", "--config", str(args.write)]), "goes on learning on the bus"
+        return shlex.join(["incsvr", "serve", "--config", str(args.write)]), "continues to learn on the bus"
     if args.effects is not None:
         more = ("--effects", str(args.effects), "--write", WRITTEN)
         return following(args, "fit", args.recordings, AXIS_FLAGS, *more), "writes it down for `incsvr serve`"

@@ -7,7 +7,6 @@ import numpy as np
 from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
 from incsvr.model.inertia import InertiaEstimate
 from incsvr.plant.words import words_of
-from service.cli.output import wrapped
 from service.commands.fit_result import Fit
 from service.commands.good_enough import compared_words, good_enough_lines
 from service.recordings import declared_inertia
@@ -83,7 +82,7 @@ def _errors(fit: Fit) -> list[str]:
         else [f"on {fit.validated_on}: MAE {final.mae:.3g} {unit}, RMSE {final.rmse:.3g} {unit} of the {words.effort}"]
     )
     where = fit.pictures.where + ("" if fit.pictures.unseen else ", which was learned")
-    return [*lines, *wrapped(f"free run on {where}: ", [compared_words(run.model, run.zero, run.hold, words)])]
+    return [*lines, f"free run on {where}: {compared_words(run.model, run.zero, run.hold, words)}"]
 
 
 def _coefficients(fit: Fit) -> list[str]:

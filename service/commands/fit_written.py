@@ -109,10 +109,9 @@ def leave(args: argparse.Namespace, config: Config, recording: Recording, fit: F
             path.write_text(tried.read_text(encoding="utf-8"), encoding="utf-8")
     finally:
         tried.unlink(missing_ok=True)
-    serve = f"`incsvr serve --config {path}`"
     if state is None:
-        return f"{said}; it says state: null, so {serve} starts with an empty model (--state DIR keeps this one)"
-    return f"{said}; the state is {state}; {serve} continues with it"
+        return f"{said}; it says state: null, so `incsvr serve` starts with an empty model (--state DIR keeps this one)"
+    return f"{said}; the state is {state}"
 
 
 def _fitted(args: argparse.Namespace, config: Config, recording: Recording, fit: Fit, configured: bool) -> Config:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from incsvr.plant.words import AxisWords
-from service.cli.output import wrapped
 
 MAX_TORQUE_SHARE = 0.5
 """Feed-forward: the torque's error over the torque. Beyond a half, the controller still makes most of the torque."""
@@ -52,10 +51,7 @@ def unknown(use: str, limit: float, why: str) -> Use:
 def feed_forward(error: float, effort: float, words: AxisWords) -> Use:
     """The verdict by the error of the torque on unseen data, and the torque's size, both RMS [N m]."""
     share = error / effort if effort > 0.0 else math.inf
-    why = (
-        f"the model misses {_percent(share)} of the {words.effort} on unseen data (at most "
-        f"{_percent(MAX_TORQUE_SHARE)}: more comes from the model than from the controller)"
-    )
+    why = f"{_percent(share)} of the {words.effort} is missed on unseen data (at most {_percent(MAX_TORQUE_SHARE)})"
     return Use("feed-forward", share, MAX_TORQUE_SHARE, why)
 
 
@@ -67,8 +63,8 @@ def without_gyro(model: float | None, zero: float, hold: float, words: AxisWords
     share, drift = model / least, AHEAD_S * model
     turned = f"{math.degrees(drift):.2g}°" if words.rate_unit == "rad/s" else f"{drift:.2g} m"
     why = (
-        f"the error on unseen data is {_percent(share)} of that without a model (at most "
-        f"{_percent(MAX_MOTION_SHARE)}: lost half as fast), up to {turned} RMS after {AHEAD_S:g} s"
+        f"{_percent(share)} of the error without a model (at most {_percent(MAX_MOTION_SHARE)}), "
+        f"up to {turned} RMS after {AHEAD_S:g} s"
     )
     return Use(use, share, MAX_MOTION_SHARE, why)
 
@@ -81,8 +77,7 @@ def use_without_gyro(words: AxisWords) -> str:
 
 def noticing(share: float, what: str) -> Use:
     """The verdict by the smallest change that shows, as a share of `what` changes."""
-    at_most = f"at most {_percent(MAX_CHANGE_SHARE)}: a hull with small shells"
-    why = f"a change of {_percent(share)} in the {what} shows ({at_most})"
+    why = f"a change of {_percent(share)} in the {what} shows (at most {_percent(MAX_CHANGE_SHARE)})"
     return Use("noticing a change", share, MAX_CHANGE_SHARE, why)
 
 
@@ -110,7 +105,7 @@ def compared_words(model: float | None, zero: float, hold: float, words: AxisWor
 
 def good_enough_lines(uses: Iterable[Use]) -> list[str]:
     """The verdicts for people."""
-    return ["Good enough?", *(line for use in uses for line in wrapped(f"  {use.use}? {use.verdict}: ", [use.why]))]
+    return ["Good enough?", *(f"  {use.use}? {use.verdict}: {use.why}" for use in uses)]
 
 
 def good_enough(uses: Iterable[Use]) -> Mapping[str, Any]:

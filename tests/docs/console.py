@@ -1,5 +1,7 @@
-"""The blocks of a page that are run: ```console, whose lines `$ …` are commands with what they print below them, and
-```python, with what it prints in a block ```text below it. They run in their order, in one empty directory.
+"""The blocks of a page that are run: ```console and ```python. They run in their order, in one empty directory.
+
+Lines `$ …` of a console are commands, with what they print below them; `| head -n 3` and `| tail -n 3` show a part of
+it. What Python prints is in a block ```text below it. The logs of docs/logs are there.
 
 A learner whose command ends in `&` runs beside the others until the page ends. The bus is on a free port; the pages
 tell the usual one.
@@ -27,6 +29,7 @@ from simulator.player import wait_for_learner
 from tests.conftest import ROOT
 
 PAGES = (
+    "README.md",
     "docs/tutorial-log.md",
     "docs/tutorial-vehicle.md",
     "docs/tutorial-gazebo.md",
@@ -47,6 +50,7 @@ def printed(page: Path, folder: Path) -> str:
     """The page's text with what its blocks print now, run in `folder`."""
     text = page.read_text(encoding="utf-8")
     parts, end = [], 0
+    shutil.copytree(ROOT / "docs/logs", folder / "docs/logs")
     with ExitStack() as beside:
         shell = Shell(folder, free_endpoint(), beside)
         for block in BLOCK.finditer(text):
@@ -77,7 +81,12 @@ class Shell:
 
     def run(self, command: str) -> str:
         """What a command prints; nothing where it is a learner that runs beside the others, once it can be asked."""
+        command, _, part = command.partition(" | ")
         words = self._words(command.removesuffix("&"))
+        if part:  # `head -n 3` or `tail -n 3`
+            end, _, count = shlex.split(part)
+            lines = self.printed_by(words).splitlines(keepends=True)
+            return "".join(lines[: int(count)] if end == "head" else lines[-int(count) :])
         if not command.endswith("&"):
             return self.printed_by(words)
         silent = subprocess.DEVNULL

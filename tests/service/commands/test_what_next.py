@@ -26,7 +26,7 @@ def test_verdicts() -> None:
     free = without_gyro(0.01, 0.2, 0.1, YAW_WORDS)
     assert free.verdict == "yes"
     assert free.share == pytest.approx(0.1)
-    assert "5.7° RMS after 10 s" in free.why
+    assert "up to 5.7° RMS after 10 s" in free.why
     away = without_gyro(None, 0.2, 0.1, YAW_WORDS)
     assert (away.verdict, away.to_dict()["share"]) == ("no", None)
     assert noticing(0.4, "damping").verdict == "no"
