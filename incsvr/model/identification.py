@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from incsvr.model import rows as catalogue
-from incsvr.model.candidates import Candidate
+from incsvr.model.candidates import Candidate, without
 from incsvr.model.directions import directions
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
@@ -200,6 +200,20 @@ def identify(
     excluded = excluded_free_runs(models, acting)
     say(f"free runs of excluded recordings: {excluded}")
     return Identification(result, alone, effects, base.reliability, models, excluded)
+
+
+def leaving(found: Identification, names: Collection[str]) -> Identification:
+    """The identification without some of its effects; what remains is fitted anew."""
+    was, structure = found.found, found.found.fit.structure
+    for each in was.added:
+        if each.name in names:
+            structure = without(structure, each.candidate, found.base.structure)
+    again = fit(structure, was.fit.theta, was.fit.problem, was.fit.starts)
+    result = replace(was, fit=again, added=tuple(each for each in was.added if each.name not in names))
+    models = _simulators(found.models["plain"], result)
+    return replace(
+        found, found=result, models=models, excluded=excluded_free_runs(models, was.fit.problem.windows.runs)
+    )
 
 
 def _with_curve(plain: Fit, runs: Sequence[Streams]) -> Fit:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import blocks
@@ -97,8 +98,8 @@ def widened(width: float, moves: Sequence[tuple[float, float]]) -> float:
     Args:
         moves: of each other fit the change of the estimate, and half the width of its own interval.
     """
-    added = max((change**2 - by_chance(width, other) ** 2 for change, other in moves), default=0.0)
-    return float(np.sqrt(width**2 + max(added, 0.0)))
+    added = max((change for change, other in moves if change > by_chance(width, other)), default=0.0)
+    return float(np.hypot(width, added))
 
 
 def _known(found: Fit, sure: float = 0.5) -> dict[str, float]:  # half a logarithm: no wider than its value
@@ -110,4 +111,11 @@ def _known(found: Fit, sure: float = 0.5) -> dict[str, float]:  # half a logarit
 
 def _widths(found: Fit) -> list[float]:
     """Half an interval of each parameter, in θ's own units."""
-    return [float(each) for each in 1.96 * np.sqrt(np.maximum(np.diag(covariance(found)), 0.0))]
+    return [float(each) for each in reach(found) * np.sqrt(np.maximum(np.diag(covariance(found)), 0.0))]
+
+
+def reach(found: Fit, fewest: int = 4) -> float:
+    """Deviations in half an interval of 95 %: Student's, because few blocks tell the deviation; with hardly more blocks
+    than parameters the covariance is wide enough by itself."""
+    freedom = int(blocks(found.problem.windows).max()) + 1 - len(found.names)
+    return float(stdtrit(freedom, 0.975)) if freedom >= fewest else 1.96

@@ -56,18 +56,17 @@ def predictor(
     structure = replace(plain.structure, predictor=True)
     best = _ended(_begun(structure, plain, runs, step, horizon, sample))
     reliability = dict.fromkeys(structure.driven, 1.0)
-    for axis in structure.driven:
-        name = effort_of(axis)
-        if not _is_noisy(runs, name):
-            continue
-        before = list(best.problem.windows.runs)
-        smoothed = [_smoothed(before, name, ratio) for ratio in WALKS]
-        way = (best.structure.ways[axis],)
+    noisy = [axis for axis in structure.driven if _is_noisy(runs, effort_of(axis))]
+    if noisy:
+        smoothed = [_smoothed(runs, [effort_of(axis) for axis in noisy], ratio) for ratio in WALKS]
+        way = (best.structure.ways[noisy[0]],)
         trials = [_begun(best.structure, plain, acting, step, horizon, sample, way) for acting, _ in smoothed]
         which = int(np.argmin([each.value for each in trials]))
-        found, share = _ended(trials[which]), smoothed[which][1]
+        again = _begun(structure, plain, smoothed[which][0], step, horizon, sample)  # noise had hidden the way
+        found = _ended(min(trials[which], again, key=lambda each: each.value))
         if found.value < best.value - 10.0:  # the samples as they are, unless others clearly predict better
-            best, reliability[axis] = found, share
+            best = found
+            reliability |= dict(zip(noisy, smoothed[which][1], strict=True))
     return Predictor(whitened(whitened(best, lags), lags), reliability)
 
 
@@ -156,20 +155,21 @@ def _autoregression(found: Fit, axis: int, lags: int) -> Array:
     return np.asarray(np.linalg.solve(np.array(products)[apart], products[1:]))
 
 
-def _smoothed(runs: Sequence[Streams], name: str, ratio: float) -> tuple[list[Streams], float]:
-    """The runs with an effort as its own samples on both sides expect it, and the share of its variance that acts.
+def _smoothed(runs: Sequence[Streams], names: Sequence[str], ratio: float) -> tuple[list[Streams], list[float]]:
+    """The runs with efforts as their own samples on both sides expect them, and the share of each's variance that acts.
 
     Args:
-        ratio: how far the effort usually walks from sample to sample, in deviations of its noise.
+        ratio: how far an effort usually walks from sample to sample, in deviations of its noise.
     """
-    found, shares = list[Streams](), []
-    for run in runs:
-        t, u = run[name]
-        white = noise(u)
-        level = _level(u, white, ratio * white)
-        found.append({**run, name: (t, level)})
-        shares.append(float(np.var(level) / (np.var(level) + white**2)))
-    return found, min(shares)
+    found, shares = [dict(run) for run in runs], np.ones((len(runs), len(names)))
+    for run, each in zip(found, shares, strict=True):
+        for k, name in enumerate(names):
+            t, u = run[name]
+            white = noise(u)
+            level = _level(u, white, ratio * white)
+            run[name] = (t, level)
+            each[k] = np.var(level) / (np.var(level) + white**2)
+    return list(found), shares.min(axis=0).tolist()
 
 
 def _level(value: Array, noise: float, walk: float, rounds: int = 15) -> Array:

@@ -177,10 +177,16 @@ def _plainest(trials: Sequence[tuple[float, Evidence, Candidate]]) -> Added:
 
 
 def _fitted(candidate: Candidate, found: Fit) -> Fit:
-    """The candidate fitted, a free inertia from the stamps as they are, too: a wrong inertia passes for a shift."""
+    """The candidate fitted, from several starts where one may end beside the best.
+
+    A free inertia begins with the stamps as they are, too, because a wrong inertia passes for a shift; a delay begins
+    with the shift that was found, too.
+    """
     starts: list[dict[str, float]] = [{}]
     if candidate.name.startswith("inertia@"):
         starts.append({name: 0.0 for name in found.names if name.startswith("shift")})
+    if candidate.name.startswith("delay@"):
+        starts.append({name: found.theta[name] for name in candidate.start})
     fits = [
         fit(candidate.structure, {**found.theta, **candidate.start, **own}, found.problem, found.starts)
         for own in starts

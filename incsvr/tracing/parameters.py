@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from incsvr.model.fitting import Fit
-from incsvr.model.intervals import covariance, widened
+from incsvr.model.intervals import covariance, reach, widened
 from incsvr.numerics import Array
 from incsvr.tracing.effect_values import Here, Parameters, here
 from incsvr.tracing.vocabulary import word_of
@@ -79,7 +79,7 @@ def has_size(spans: Mapping[str, tuple[float, float]], inertia: float, period: f
 def _half_widths(found: Fit, parameters: Parameters, at: Here, spread: Array) -> dict[str, float]:
     """By parameter, half the width of its interval."""
     slopes = _slopes(found, parameters, at, spread)
-    return {key: 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0)) for key, slope in slopes.items()}
+    return {key: reach(found) * math.sqrt(max(float(slope @ spread @ slope), 0.0)) for key, slope in slopes.items()}
 
 
 def _slopes(found: Fit, parameters: Parameters, at: Here, spread: Array) -> Mapping[str, Array]:

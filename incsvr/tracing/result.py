@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
-from incsvr.model.identification import identify
+from incsvr.model.identification import identify, leaving
 from incsvr.model.scales import motion_scale
 from incsvr.model.series import effort_of, values
 from incsvr.numerics import Array
@@ -105,8 +106,9 @@ def _traced(
 
 
 def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, ...]) -> Trace:
-    found, recordings, fitted, inertia = traced.found, traced.recordings, traced.fitted, traced.inertia
     sought = traced.loop is not Loop.OTHER_GYRO
+    traced, hidden = _with_sizes(traced) if sought else (traced, [])
+    found, recordings, fitted, inertia = traced.found, traced.recordings, traced.fitted, traced.inertia
     best, effects, unsure = _settled(traced, free_inertia=True) if sought else (PLAIN, [], [])
     proof = prove(found, best, traced.unseen, fitted, traced.closed)
     if best.endswith(FREE) and not proof.proven:  # the search did not want that inertia: unseen data have to
@@ -126,7 +128,7 @@ def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, 
         inertia=inertia,
         verdict="effects" if effects else "unexplained" if unnamed else "none",
         effects=tuple(effects),
-        rejected=tuple(sorted([*unsure, *_rejected(traced)], key=lambda one: one.p_value)) if sought else (),
+        rejected=tuple(sorted([*hidden, *unsure, *_rejected(traced)], key=lambda one: one.p_value)) if sought else (),
         unexplained=unexplained,
         error=proof.error,
         ignored_channels=dict(ignored),
@@ -147,6 +149,20 @@ def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, 
         model=as_value,
         pictures=_pictures(proof, fitted, plain, model, as_value),
     )
+
+
+def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
+    """What remains without the effects whose size the recordings hide, and those: they move the others' sizes."""
+    hidden = list[RejectedEffect]()
+    while traced.found.found.added:
+        _, findings = findings_of(traced, free_inertia=True)
+        pairs = list(zip(traced.found.found.added, findings, strict=False))  # a free inertia is one more finding
+        lost = [(one, each) for one, each in pairs if not has_size(each.interval, traced.inertia, traced.sample)]
+        if not lost:
+            break
+        hidden += [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for _, each in lost]
+        traced = replace(traced, found=leaving(traced.found, [one.name for one, _ in lost]))
+    return traced, hidden
 
 
 def _settled(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding], list[RejectedEffect]]:

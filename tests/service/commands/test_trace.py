@@ -44,8 +44,9 @@ def test_prints_one_json_object_and_the_text_beside_it(recording: Path, capsys: 
     assert [effect["effect"] for effect in found["effects"]] == ["bias_torque"]
     told = [rejected["p_value"] for rejected in found["rejected"]]
     assert told == sorted(told)
-    low, high = found["effects"][0]["interval"]["moment_nm"]
-    assert low < 12.0 < high
+    moment, (low, high) = (found["effects"][0][key]["moment_nm"] for key in ("parameters", "interval"))
+    assert moment == pytest.approx(12.0, rel=0.03)
+    assert low < moment < high
     # of means over blocks, the torque sensor's own noise is the floor, and the model reaches it
     assert 0.0 < found["error"]["floor"]["torque_rmse"] < 3.5
     assert found["error"]["after"]["torque_rmse"] < 1.1 * found["error"]["floor"]["torque_rmse"]
