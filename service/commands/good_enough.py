@@ -18,7 +18,7 @@ MAX_MOTION_SHARE = 0.5
 """Without a gyro: the free run's error over that of the better of zero and hold. At a half, the heading is lost half as
 fast as without a model."""
 MAX_CHANGE_SHARE = 0.3
-"""Noticing: the smallest change of the damping that shows. Slime adds up to 20 % to a hull's drag, small shells 35 %
+"""Noticing: the smallest change of the damping that shows. Slime adds up to 20 % to a hull's drag, small shells 34 %
 (Schultz 2007): beyond 30 %, only a heavily fouled hull shows."""
 LITTLE_SHARE = 0.8
 """A free run that errs by more than this share of zero or hold shows hardly any motion."""
