@@ -59,20 +59,28 @@ def ends(name: str, value: float, half: float) -> tuple[float, float]:
     return value - half, value + half
 
 
-def has_size(spans: Mapping[str, tuple[float, float]], inertia: float, period: float, most: float = 10.0) -> bool:
+def has_size(
+    spans: Mapping[str, tuple[float, float]],
+    inertia: float,
+    period: float,
+    most: float = 10.0,
+    least: float = 0.03,  # of the declared inertia, which nobody knows better
+) -> bool:
     """Whether the interval of an effect's first parameter excludes that nothing acts.
 
     Args:
         inertia: declared.
         period: of the velocity's samples [s], within which no delay is known.
         most: how far the ends of what is positive by nature may be apart, as a factor, to be a size.
+        least: by how much an inertia differs from the declared one at least, as a share.
     """
     name, (low, high) = next(iter(spans.items()))
     if name == "delay_s":
         return low > period or high < -period
-    usual = {"reverse_efficiency": 1.0, "exponent": 1.0, "inertia_kg_m2": inertia}.get(name)
-    if usual is not None:
-        return not low <= usual <= high
+    if name == "inertia_kg_m2":
+        return high < (1.0 - least) * inertia or low > (1.0 + least) * inertia
+    if name in ("reverse_efficiency", "exponent"):
+        return not low <= 1.0 <= high
     return high < most * low if name in POSITIVE else not low <= 0.0 <= high
 
 

@@ -119,7 +119,7 @@ def test_marks_of_no_measurement_and_dives_out_of_order(
     assert main(["identify", str(trouble / "K11_invalid_velocity/one_sample_in_a_hundred.csv")]) == 0
     said = capsys.readouterr().out
     assert "surge is -32.768 in 7 of 700 samples" in said
-    assert re.search(r"surge\n  inertia +2[45]\.", said)
+    assert re.search(r"surge\n  effective inertia +2[45]\.", said)
     dives = sorted((trouble / "K3b_dives_out_of_order").glob("*.csv"))
     assert main(["compare", *map(str, dives), "--json", str(tmp_path / "found.json")]) == 0
     found = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
