@@ -271,7 +271,7 @@ def _remarks(vehicle: Vehicle, body: RigidBody, held: Collection[Term], flu: boo
                 f"Righting moment of {term.axis}: {p.value:.4g} N m = weight times the height of the centre of "
                 f"buoyancy above the centre of mass{height}."
             )
-        elif term.kind == WEIGHT:
+        elif term.kind == WEIGHT and term.axis == "heave":  # its parts along the other axes have the same coefficient
             found.append(f"Weight less buoyancy: {-p.value if flu else p.value:.4g} N; choose the volume so.")
     return found
 
