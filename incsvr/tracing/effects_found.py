@@ -182,7 +182,8 @@ def sentence(
 def _thrust(
     name: str, parameters: Mapping[str, float], spans: Mapping[str, tuple[float, float]], source: Fit
 ) -> tuple[tuple[float, float, float, float], ...]:
-    """Of a curve of the command: at the largest command either way, rounded up, the thrust with its interval [N m]."""
+    """The thrust that a curve makes of the largest command either way, rounded up, with its interval [N m]; empty for
+    effects that are no curve of the command."""
     kind, _, axis = name.partition("@")
     if kind not in CURVES:
         return ()

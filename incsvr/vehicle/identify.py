@@ -72,7 +72,7 @@ class Identified:
 
     @property
     def step(self) -> float:
-        """Of the simulation [s]."""
+        """The step of the simulation [s]."""
         return self.fit.problem.windows.step
 
     @property

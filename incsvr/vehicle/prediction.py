@@ -173,7 +173,7 @@ def _length(run: Streams) -> float:
 def _courses(
     structure: Structure, point: Array, runs: Sequence[Streams], step: float, horizon: float
 ) -> list[tuple[Array, Array]]:
-    """Of each window the simulated and measured velocities on its edges, (edges, axes) each."""
+    """The simulated and measured velocities on each window's edges, (edges, axes) each."""
     found = []
     for run in runs:
         if _length(run) < 2.0 * step:

@@ -15,7 +15,7 @@ ANGLES = ("roll", "pitch", "heading")
 MAX_GAP_S = 1.0
 """Longest pause of a stream that a line bridges [s]; a run ends at a longer one. A Doppler log sends once a second."""
 MIN_SAMPLES = 20
-"""Of the slowest velocity in the shortest stretch that is fitted: a shorter one contains hardly a window."""
+"""Samples of the slowest velocity in the shortest stretch that is fitted: a shorter one contains hardly a window."""
 HELD_SHARE = 0.3
 """Share of values that repeat the one before, from which an effort is a command that is constant until the next one."""
 

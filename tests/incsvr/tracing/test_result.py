@@ -133,7 +133,7 @@ def test_another_inertia_is_named_with_what_no_manoeuvre_tells_from_it() -> None
 
 
 def test_in_closed_loop_predictions_of_the_next_sample_prove_an_effect() -> None:
-    """Of a controller that answers the water."""
+    """The log is of a controller that answers the water."""
     log = steered(Turning(), 3)
     time, torque = log["torque"]
     found = trace([Run("steered", time, log["yaw_rate"][1], torque - 3.0)], inertia=24.0)

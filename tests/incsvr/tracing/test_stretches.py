@@ -1,4 +1,4 @@
-"""Of long recordings stretches remain that are spread evenly, each with the torque that acts at its beginning."""
+"""Long recordings are cut to stretches that are spread evenly, each with the torque that acts at its beginning."""
 
 from __future__ import annotations
 

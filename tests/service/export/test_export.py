@@ -133,7 +133,7 @@ def test_a_running_learner_and_its_state_tell_the_same(tmp_path: Path, capsys: p
 
 @pytest.fixture
 def beaten(traced: Path) -> Path:
-    """The same where no motion at all predicts unseen data better."""
+    """A trace whose free run no motion at all beats on unseen data."""
     found = json.loads(traced.read_text()) | {"error": {"best": {"name": "zero", "free_run_rmse": 0.01}}}
     traced.write_text(json.dumps(found))
     return traced
