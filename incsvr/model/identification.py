@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from incsvr.model.directions import directions
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import gain, left_out
-from incsvr.model.predictor import frequencies, predictor
+from incsvr.model.predictor import Predictor, frequencies, predictor
 from incsvr.model.rivals import excluded_free_runs
 from incsvr.model.rows import Row, free_products, mirrored
 from incsvr.model.scales import coarse_period, fastest, motion_scale, step_of, time_constants
@@ -202,14 +202,16 @@ def identify(
     return Identification(result, alone, effects, base.reliability, models, excluded)
 
 
-def leaving(found: Identification, names: Collection[str]) -> Identification:
-    """The identification without some of its effects; what remains is fitted anew."""
+def leaving(found: Identification, names: Mapping[str, str]) -> Identification:
+    """The identification without some of its effects, by name why; what remains is fitted anew, and completed."""
     was, structure = found.found, found.found.fit.structure
     for each in was.added:
         if each.name in names:
             structure = without(structure, each.candidate, found.base.structure)
     again = fit(structure, was.fit.theta, was.fit.problem, was.fit.starts)
-    result = replace(was, fit=again, added=tuple(each for each in was.added if each.name not in names))
+    kept = tuple(each for each in was.added if each.name not in names)
+    begun = Found(again, kept, {**was.refused, **names})
+    result = search(Predictor(found.base, found.reliability), found.effects, begun=begun)
     models = _simulators(found.models["plain"], result)
     return replace(
         found, found=result, models=models, excluded=excluded_free_runs(models, was.fit.problem.windows.runs)
