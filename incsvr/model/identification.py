@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -204,18 +204,26 @@ def identify(
 
 def leaving(found: Identification, names: Mapping[str, str]) -> Identification:
     """The identification without some of its effects, by name why; what remains is fitted anew, and completed."""
-    was, structure = found.found, found.found.fit.structure
-    for each in was.added:
-        if each.name in names:
-            structure = without(structure, each.candidate, found.base.structure)
-    again = fit(structure, was.fit.theta, was.fit.problem, was.fit.starts)
+    was = found.found
     kept = tuple(each for each in was.added if each.name not in names)
-    begun = Found(again, kept, {**was.refused, **names})
+    begun = Found(remaining(found, names), kept, {**was.refused, **names})
     result = search(Predictor(found.base, found.reliability), found.effects, begun=begun)
     models = _simulators(found.models["plain"], result)
     return replace(
         found, found=result, models=models, excluded=excluded_free_runs(models, was.fit.problem.windows.runs)
     )
+
+
+def remaining(found: Identification, names: Collection[str]) -> Fit:
+    """The predictor without some of its effects, fitted anew."""
+    was, structure, theta = found.found, found.found.fit.structure, dict(found.found.fit.theta)
+    for each in was.added:
+        if each.name in names:
+            structure = without(structure, each.candidate, found.base.structure)
+            theta |= {name: found.base.theta[name] for name in each.candidate.start if name in found.base.theta}
+        else:
+            theta |= each.candidate.start  # before what leaves had moved it
+    return fit(structure, theta, was.fit.problem, was.fit.starts)
 
 
 def _with_curve(plain: Fit, runs: Sequence[Streams]) -> Fit:

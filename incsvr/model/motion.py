@@ -121,7 +121,7 @@ class Motion:
             if a == 0 or b == 0:
                 self._whole[:, :, a + b] += self.matrix[:, :, k]
         self._whole[:, :, count:] = self.matrix[:, :, true]
-        if self.structure.predictor:  # an acceleration that lasts until a sample contradicts
+        if self.structure.predictor:  # an acceleration
             self._whole[:, :, states - size + 1 : states + 1] += np.eye(size)
         self._all = np.ones((self.count, count + true.size, wide))
         self._values, self._products = self._all[:, :count], self._all[:, count:]
@@ -160,8 +160,7 @@ class Motion:
             self._channels[:] = before if part == 0.0 else after if part == 1.0 else 0.5 * (before + after)
 
     def slope(self, out: Array) -> None:
-        """Writes the slope of `state` (columns, states, windows), at the instant that was entered, but the 0 of a
-        disturbance."""
+        """Writes the slope of `state` (columns, states, windows), at the instant that was entered."""
         size = len(self.structure.axes)
         for function in self._fill:
             function()

@@ -1,9 +1,9 @@
 """The predictor of a model: corrected by each sample, with white innovations, it is right in open and in closed loop.
 
 Water pushes for seconds, and a controller answers it: a simulation takes that answer for dynamics. The predictor has a
-disturbance on each axis and fitted gains; what remains of its errors' colour is taken out by an autoregression
-(L. Ljung, System Identification, 2nd ed., Sections 4.3 and 13.4). A measured effort has noise that never acts, by
-which thrust would seem too small: where its smoothed course predicts better, that is the effort.
+disturbance on each axis, which fades, and fitted gains; what remains of its errors' colour is taken out by an
+autoregression (L. Ljung, System Identification, 2nd ed., Sections 4.3 and 13.4). A measured effort has noise that never
+acts, by which thrust would seem too small: where its smoothed course predicts better, that is the effort.
 """
 
 from __future__ import annotations

@@ -11,9 +11,8 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
-from incsvr.model.identification import identify, leaving
+from incsvr.model.identification import identify, leaving, remaining
 from incsvr.model.scales import motion_scale
-from incsvr.model.search import Added
 from incsvr.model.series import effort_of, values
 from incsvr.numerics import Array
 from incsvr.plant.axes import of_rate
@@ -162,7 +161,12 @@ def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
         _, findings = findings_of(traced, free_inertia=True)
         pairs = list(zip(traced.found.found.added, findings, strict=False))  # a free inertia is one more finding
         lost = [(one, each) for one, each in pairs if not has_size(each.interval, traced.inertia, traced.sample)]
-        lost = lost or _only_smooth(pairs)
+        late = [(one, each) for one, each in pairs if each.effect in ("torque_lag", "torque_delay")]
+        if len(late) == 2 and any(pair in lost for pair in late):  # beside each other either may lose its size
+            lost = [pair for pair in lost if pair not in late]
+            lost.append(min(late, key=lambda pair: remaining(traced.found, [pair[0].name]).value))
+        elif len(late) == 2 and _only_smooth([each for _, each in late]):
+            lost += late
         if not lost:
             break
         hidden += [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for _, each in lost]
@@ -170,14 +174,11 @@ def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
     return traced, hidden
 
 
-def _only_smooth(pairs: Sequence[tuple[Added, Finding]]) -> list[tuple[Added, Finding]]:
-    """A lag and the opposite delay, which together are not late but smooth the noise of a measured effort."""
-    late = [(one, each) for one, each in pairs if each.effect in ("torque_lag", "torque_delay")]
-    if len(late) < 2:
-        return []
-    spans = [next(iter(each.interval.values())) for _, each in late]
-    together = sum(next(iter(each.parameters.values())) for _, each in late)
-    return late if abs(together) < math.hypot(*(0.5 * (high - low) for low, high in spans)) else []
+def _only_smooth(late: Sequence[Finding]) -> bool:
+    """Whether a lag and a delay are opposite: together they are not late, but smooth the noise of a measured effort."""
+    together = sum(next(iter(each.parameters.values())) for each in late)
+    spans = [next(iter(each.interval.values())) for each in late]
+    return abs(together) < math.hypot(*(0.5 * (high - low) for low, high in spans))
 
 
 def _settled(
