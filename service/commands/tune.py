@@ -20,10 +20,11 @@ from incsvr.signals import synchronise
 from incsvr.signals.samples import Samples
 from service.cli.output import add_json_argument, emit, refuse_replacing
 from service.cli.progress import progress
-from service.commands import config_output
-from service.commands.arguments import POLICIES, POLICY_HELP
+from service.commands.arguments import POLICY_HELP
 from service.config.configuration import Config
 from service.config.sources import read as read_config
+from service.fitting import scaled as config_output
+from service.fitting.request import POLICIES
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import sequence
 from service.recordings.recording_csv import RATE_LIMIT

@@ -14,7 +14,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED
 from service.cli.progress import progress
-from service.commands.fit_attempt import SMOOTHING, TORQUE_KIND, Terms
+from service.fitting.terms import SMOOTHING, TORQUE_KIND, Terms
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import with_smoothing
 
