@@ -18,9 +18,9 @@ from benchmarks.trace import answer
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
-from service.fitting.alternatives import AS_GIVEN
 from service.fitting.fit import Fit
 from service.fitting.terms import Terms
+from service.fitting.training import AS_GIVEN
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
 from simulator.mission import Mission

@@ -10,9 +10,9 @@ import pytest
 from incsvr.numerics import Array
 from incsvr.signals.settings import TorqueKind
 from service.cli.command_line import main
-from service.fitting.alternatives import AS_GIVEN
 from service.fitting.fit import Fit
 from service.fitting.terms import Terms
+from service.fitting.training import AS_GIVEN
 from service.recordings.recording_csv import RATE_LIMIT, write
 from service.recordings.samples_from_recording import signals_for
 from tests.service.commands.test_fit import fit
