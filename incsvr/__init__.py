@@ -26,7 +26,7 @@ from incsvr.errors import BadInput
 if TYPE_CHECKING:
     from incsvr.learning.model import Model
     from incsvr.learning.prediction import Prediction
-    from incsvr.numerics import Array
+    from incsvr.learning.score import Residual, Score
 
 __all__ = ["BadInput", "Fit", "Learner", "Log", "Result", "compare", "fit", "identify", "read", "trace"]
 
@@ -49,42 +49,6 @@ class Result(Protocol):
 
     def to_frame(self) -> Any:
         """A table as a DataFrame of pandas; BadInput says how pandas is installed where it is not."""
-
-
-class Score(Protocol):
-    """Errors on a log."""
-
-    @property
-    def mae(self) -> float:
-        """The mean absolute error of the torque that makes each damping sample [N m], [N]."""
-
-    @property
-    def rmse(self) -> float:
-        """The root mean square error of the same [N m], [N]."""
-
-    @property
-    def free_run_rmse(self) -> float | None:
-        """The error of a simulation from the first velocity [rad/s], [m/s]; None where it runs away."""
-
-    @property
-    def samples(self) -> int:
-        """How many samples the log gave."""
-
-
-class Residual(Protocol):
-    """What a model leaves of the damping samples of a log, (n,) each."""
-
-    @property
-    def time(self) -> Array:
-        """Stamps [s]."""
-
-    @property
-    def rate(self) -> Array:
-        """Velocities [rad/s], [m/s]."""
-
-    @property
-    def effort(self) -> Array:
-        """What each sample shows minus what the model predicts [N m], [N]."""
 
 
 class Fit(Result, Protocol):

@@ -18,8 +18,9 @@ from incsvr.learning.fit_pictures import FitPictures
 from incsvr.learning.free_run import FreeRunErrors, rmse
 from incsvr.learning.model import Model
 from incsvr.learning.prediction import Prediction
+from incsvr.learning.score import Residual, Score
 from incsvr.model.inertia import InertiaEstimate
-from incsvr.numerics import Array, root_mean_square
+from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.mass_and_coriolis import inertia_in_force
@@ -63,37 +64,6 @@ TAKES = ("vehicle", "signals", "learner", "inputs")
 """The values of the configuration that `fit` uses."""
 CURVE_RATES = 101
 """Rates of the trained range at which the curve is told."""
-
-
-@dataclass(frozen=True, slots=True)
-class Score:
-    """Errors of a model on a log, of which it says nothing where the log was learned.
-
-    Attributes:
-        mae, rmse: mean absolute and root mean square error of the torque that makes each damping sample [N m].
-        free_run_rmse: of a simulation from the first velocity [rad/s]; None where it runs away.
-        samples: how many samples the log gave.
-    """
-
-    mae: float
-    rmse: float
-    free_run_rmse: float | None
-    samples: int
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Residual:
-    """The part of each damping sample that a model leaves.
-
-    Attributes:
-        time: (n,) stamps [s].
-        rate: (n,) velocities [rad/s], [m/s].
-        effort: (n,) what the sample shows minus what the model predicts [N m], [N].
-    """
-
-    time: Array
-    rate: Array
-    effort: Array
 
 
 @dataclass(frozen=True, slots=True, repr=False)
