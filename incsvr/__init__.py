@@ -229,7 +229,7 @@ class Learner:
         self._live = import_module(_FILES).live(inertia, rate_range, axis, config, vehicle, set or {})
 
     def push(self, t: Any, yaw_rate: Any, torque: Any, **channels: Any) -> bool:
-        """Takes one measurement of each, or (n,) of them, and learns whatever batches they complete.
+        """Takes one measurement of each, or (n,) of them, and learns whatever batches they complete, from one thread.
 
         Args:
             t: stamps [s].

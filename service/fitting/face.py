@@ -10,6 +10,7 @@ from typing import Any, get_args
 
 import numpy as np
 
+import incsvr
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
 from service.cli.parser import REMOVED, meant, one_of
@@ -26,14 +27,12 @@ from service.fitting.spoken import in_python
 from service.inputs.settings import Preset
 from service.logs.cutting import instant
 
-LOG = ("preset", "column", "system", "config", "cut_from", "cut_to")
-"""The keywords that say what is in a log."""
 KEYWORDS: Mapping[str, Collection[str]] = {
-    "read": (*LOG, "axis"),
-    "fit": (*LOG, "axis", "vehicle", "set", "inertia", "assume_sign", "policy", "effects"),
-    "trace": (*LOG, "axis", "vehicle", "set", "inertia", "assume_sign"),
-    "identify": (*LOG, "vehicle", "set", "name"),
-    "compare": (*LOG, "set"),
+    "read": (*incsvr.Reading.__annotations__, "axis"),
+    "fit": (*incsvr.Learning.__annotations__, "axis", "inertia"),
+    "trace": (*incsvr.Declared.__annotations__, "axis", "inertia"),
+    "identify": (*incsvr.Whole.__annotations__, "vehicle", "name"),
+    "compare": tuple(incsvr.Whole.__annotations__),
 }
 """The keywords of each function, beside its logs."""
 ELSEWHERE = {
