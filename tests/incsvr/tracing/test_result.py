@@ -14,7 +14,7 @@ from incsvr.tracing.findings import Trace
 from incsvr.tracing.result import trace, trace_if_found
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline
-from service.commands.trace import runs_of, text
+from service.fitting.trace import runs_of, text
 from simulator.mission import Mission
 from simulator.vehicles import TURNING
 from simulator.world import play
