@@ -15,7 +15,7 @@ is the evidence of a family; a sample far off costs no more than TRIMMED_DEVIATI
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,8 +29,8 @@ VEHICLE_CAUSES = ("damping", "thrust", "moment", "one side")
 """Causes that are a change of the vehicle."""
 SENSOR_CAUSES = ("zero", "lag", "sign")
 """Causes that are a fault of a sensor."""
-AGES = (8, 16, 25, 37, 50, 75, 100)
-"""Samples since the onsets that are tried: four hold no two stray ones that make a median."""
+AGES = (12, 18, 25, 37, 50, 75, 100)
+"""Samples since the onsets that are tried: of fewer a stray one or two make a cause."""
 TRIMMED_DEVIATIONS = 3.5
 """Deviations beyond which a sample costs no more."""
 ALIKE = 4.0
@@ -222,7 +222,12 @@ class _Fit:
             level = max(sigma, float(far.min()))
             best = int(np.argmax(np.append(said.odds, 0.0)))
             weight = np.abs(rest[best]) <= TRIMMED_DEVIATIONS * max(float(far[best]), level)
-        return _Fit(said, rest, far, level)
+        # a cause that a few samples ask for, each by far, is none
+        cost = independent_part(colour) * np.sum(np.minimum((rest / level) ** 2, TRIMMED_DEVIATIONS**2), axis=1)
+        cost += np.sum((said.usual / seen.spread[:, None]) ** 2, axis=0)
+        cost[:-1] += ((said.size - mean) / spread) ** 2
+        odds = 0.5 * (cost[-1] - cost[:-1]) + np.log(said.deviation / spread)
+        return _Fit(replace(said, odds=odds), rest, far, level)
 
 
 def _correlation(rest: Array) -> float:

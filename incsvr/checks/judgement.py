@@ -161,7 +161,7 @@ def _paused(state: State, batch: Samples, by: str, findings: list[Finding]) -> t
         paused_since=state.paused_since if was else float(batch.time[0]),
         paused_by=reasons if reasons and kinds == {UNCLEAR} else reasons | {by},
         kinds=kinds | (state.kinds - {UNCLEAR}),
-        before=batch if kinds == {UNCLEAR} else None,
+        before=_kept(batch) if kinds == {UNCLEAR} else None,
     )
     # what was unclear until now may have begun in the batch before that as well
     suspect = kinds != {UNCLEAR} and (not was or state.kinds == {UNCLEAR})
@@ -228,7 +228,7 @@ def _usual(state: State, batch: Samples, found: Causes | None, drifts: bool) -> 
         usual[name] = RETAINED_SHARE * state.usual.get(name, scatter) + (1.0 - RETAINED_SHARE) * scatter
         now = period(batch, name)
         periods[name] = RETAINED_SHARE * state.periods.get(name, now) + (1.0 - RETAINED_SHARE) * now
-    state = replace(state, usual=usual, reach=reach, periods=periods, before=batch)
+    state = replace(state, usual=usual, reach=reach, periods=periods, before=_kept(batch))
     if found is None or drifts:
         return state
     late, doubt = found.lag
@@ -241,6 +241,11 @@ def _usual(state: State, batch: Samples, found: Causes | None, drifts: bool) -> 
     total = min(kept + more, MAX_BATCH_PRECISION / (1.0 - RETAINED_SHARE))
     usually = float(np.clip(state.lag + late * more / total, -MAX_ROTOR_LAG_S, MAX_ROTOR_LAG_S))
     return replace(state, lag=usually, precision=total)
+
+
+def _kept(batch: Samples) -> Samples:
+    """What is needed of a batch beside the next one."""
+    return Samples(batch.time, batch.yaw_rate, batch.damping, raw={TORQUE: batch.raw[TORQUE]})
 
 
 def _span(batch: Samples) -> tuple[float, float]:
