@@ -112,11 +112,12 @@ def least_lag(state: State, vehicle: Vehicle) -> float:
 
 
 def _findings(found: Causes, state: State, vehicle: Vehicle, known: Curve, span: str) -> list[Finding]:
-    sensor, own = found.alike(SENSOR_CAUSES)[0], found.alike(VEHICLE_CAUSES)
-    fault, change = found.each[sensor], found.each[own[0]]
-    large = max(FOREIGN_NOISES * known.sigma, MIN_LEFT_DAMPING_SHARE * known.largest)
-    lasts = sensor in state.kinds
-    if _large(sensor, fault, state, vehicle) and fault.odds > SUSPECT_ODDS:
+    own = found.alike(VEHICLE_CAUSES)
+    change, large = found.each[own[0]], max(FOREIGN_NOISES * known.sigma, MIN_LEFT_DAMPING_SHARE * known.largest)
+    faults = [name for name in SENSOR_CAUSES if _large(name, found.each[name], state, vehicle)]
+    sensor = max(faults, key=lambda name: found.each[name].odds, default=None)
+    if sensor is not None and found.each[sensor].odds > SUSPECT_ODDS:
+        fault, lasts = found.each[sensor], sensor in state.kinds
         if (lasts or fault.odds > max(SURE_ODDS, change.odds + LEAD)) and fault.left < large:
             return [Finding(sensor, Decision.PAUSE, _SENTENCES[sensor](fault))]
         if fault.odds > change.odds - LEAD:

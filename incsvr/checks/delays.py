@@ -44,7 +44,7 @@ MIN_EXPLAINED_SHARE = 0.5
 
 MIN_SAMPLES = 10
 """Samples from which a regression says anything."""
-SIGN_DELAYS_S: Array = DELAY_STEP_S * np.arange(21.0)
+SIGN_DELAYS_S: Array = DELAY_STEP_S * np.arange(21.0, dtype=np.float64)
 """Delays by which a torque that acts late is told from one of the wrong sign [s]: rotors, links and clocks make some
 tenths; a longer one is half a turn of many vehicles, whose sign no delay tells."""
 MIN_WRONG_SHARE = 0.3
@@ -179,8 +179,8 @@ def _shifted(torque: tuple[Array, Array], at: Array, delays: Array, smoothing: f
     """(n, k) the filtered torque [N m] at (n,) instants, each of (k,) delays later [s]; NaN where it is not known."""
     step = DELAY_STEP_S
     grid = np.arange(at[0] + delays[0], at[-1] + delays[-1] + step, step)
-    pushed = smooth(*torque, grid, smoothing=smoothing, gap=2.0 * smoothing).value
-    return pushed[np.rint((at[:, None] + delays - grid[0]) / step).astype(np.intp).clip(0, grid.size - 1)]
+    pushed: Array = smooth(*torque, grid, smoothing=smoothing, gap=2.0 * smoothing).value
+    return np.asarray(pushed[np.rint((at[:, None] + delays - grid[0]) / step).astype(np.intp).clip(0, grid.size - 1)])
 
 
 @dataclass(frozen=True, slots=True)
