@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from incsvr.checks.agreement import YOUNG_CURVE_BATCHES
+from incsvr.checks.agreement import MODEL_KINDS, YOUNG_CURVE_BATCHES
 from incsvr.checks.curve import Curve, ServedCurve
 from incsvr.checks.judgement import check
-from incsvr.checks.misfit import MODEL_KINDS
 from incsvr.checks.state import State, Vehicle
 from incsvr.checks.unit import implausible
 from incsvr.checks.verdict import CurrentWarnings, Decision, Finding, Verdict, verdict_sentences

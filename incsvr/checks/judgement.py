@@ -14,26 +14,27 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.checks.agreement import (
-    MIN_LAG_WIDTHS,
+    MAX_ROTOR_LAG_S,
+    RESPONSE,
+    UNCLEAR,
     YOUNG_CURVE_BATCHES,
     CheckResult,
     CurveOfRates,
     least_lag,
     respond,
 )
+from incsvr.checks.causes import TRIMMED_DEVIATIONS, Causes
 from incsvr.checks.clock import paces, period
 from incsvr.checks.curve import Curve
 from incsvr.checks.frozen_stream import STREAM_WORDS, stuck
 from incsvr.checks.heading import against_heading
-from incsvr.checks.misfit import LASTING_SIGMAS, MAX_ROTOR_LAG_S, RESPONSE, UNCLEAR
 from incsvr.checks.outliers import outliers
 from incsvr.checks.power import MIN_TURNING_RATE_SHARE, drives, turns
-from incsvr.checks.response import Estimate, Residual, agrees, causes
 from incsvr.checks.state import PRIOR_LAG_PRECISION, State, Vehicle
 from incsvr.checks.torque_without_turn import unmoved
 from incsvr.checks.unit import unit
 from incsvr.checks.verdict import CHANGE, CHANGE_MEMORY_S, Decision, Finding, Verdict
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation
 from incsvr.signals.raw import HEADING, HIGH, LOW, TORQUE, named
 from incsvr.signals.samples import Samples
 
@@ -50,6 +51,10 @@ DRIFTED_DEVIATIONS = 6.0
 """Deviations of what a batch resolves by which they should have drifted apart besides."""
 MAX_SEEN_DRIFT_SHARE = 0.25
 """Share of that drift which the streams are seen apart by at most where the pace is a new one."""
+
+
+AGREEING_NOISES = 1.5
+"""Noise levels that samples which follow one curve are from it."""
 
 
 def check(
@@ -114,7 +119,7 @@ def _judged(
         moved = replace(after, learned=0, rates=State().rates, lag=0.0, precision=PRIOR_LAG_PRECISION, before=None)
         return replace(moved, told=float(batch.time[-1])), verdict
     drifts = any(saw["pace"].findings)
-    return _usual(after, vehicle, batch, known, drifts), verdict
+    return _usual(after, batch, saw["response"].causes, drifts), verdict
 
 
 def _relearned(state: State, batch: Samples) -> tuple[State, Verdict]:
@@ -144,18 +149,19 @@ def _reconsidered(state: State, vehicle: Vehicle, batch: Samples, known: Curve |
     if known is None or state.paused_since is None or not turns(batch, vehicle.largest_rate):
         return state
     foreign = pausing in (None, RESPONSE) and state.kinds <= {RESPONSE, UNCLEAR}
-    return replace(state, agreeing=state.agreeing + 1 if foreign and agrees(batch, known.sigma) else 0)
+    return replace(state, agreeing=state.agreeing + 1 if foreign and _agrees(batch, known.sigma) else 0)
 
 
 def _paused(state: State, batch: Samples, by: str, findings: list[Finding]) -> tuple[State, Verdict]:
     was = state.paused_since is not None
     kinds = frozenset(f.kind for f in findings if f.decision >= Decision.PAUSE)
+    reasons = frozenset() if state.kinds == {UNCLEAR} else state.paused_by  # what is unclear is none beside another
     after = replace(
         state,
         paused_since=state.paused_since if was else float(batch.time[0]),
-        paused_by=state.paused_by | {by},
+        paused_by=reasons if reasons and kinds == {UNCLEAR} else reasons | {by},
         kinds=kinds | (state.kinds - {UNCLEAR}),
-        before=batch if kinds == {UNCLEAR} else None,
+        before=_kept(batch) if kinds == {UNCLEAR} else None,
     )
     # what was unclear until now may have begun in the batch before that as well
     suspect = kinds != {UNCLEAR} and (not was or state.kinds == {UNCLEAR})
@@ -193,16 +199,16 @@ def _pace(state: State, vehicle: Vehicle, batch: Samples, response: CheckResult)
     drift = state.drift + drift if drift else 0.0
     if state.learned < YOUNG_CURVE_BATCHES:
         findings = [replace(finding, decision=Decision.WARN) for finding in findings]
-    elif response.lag is not None and _together(drift, response.lag, least_lag(state, vehicle)):
+    elif response.causes is not None and _together(drift, response.causes, least_lag(state, vehicle)):
         now = {name: period(batch, name) for name in state.periods}
         return CheckResult([], True), replace(state, drift=0.0, periods=now)
     return CheckResult(findings, True), replace(state, drift=drift)
 
 
-def _together(drift: float, lag: Estimate, least: float) -> bool:
+def _together(drift: float, found: Causes, least: float) -> bool:
     """Whether streams that should have drifted so far apart [s] are seen not to have."""
-    return abs(drift) > max(DRIFTED_LAGS * least, DRIFTED_DEVIATIONS * lag.resolved) and abs(
-        lag.size
+    return abs(drift) > max(DRIFTED_LAGS * least, DRIFTED_DEVIATIONS * found.lag[1]) and abs(
+        found.lag[0]
     ) < MAX_SEEN_DRIFT_SHARE * abs(drift)
 
 
@@ -212,7 +218,7 @@ def _once(state: State, batch: Samples, findings: list[Finding]) -> list[Finding
     return [f for f in findings if f.kind != CHANGE or not recently]
 
 
-def _usual(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None, drifts: bool) -> State:
+def _usual(state: State, batch: Samples, found: Causes | None, drifts: bool) -> State:
     """The usual values after a learned batch; the lag of a drifting clock is not among them."""
     usual, reach, periods = {}, {}, {}
     for name in STREAM_WORDS:
@@ -222,24 +228,39 @@ def _usual(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None, 
         usual[name] = RETAINED_SHARE * state.usual.get(name, scatter) + (1.0 - RETAINED_SHARE) * scatter
         now = period(batch, name)
         periods[name] = RETAINED_SHARE * state.periods.get(name, now) + (1.0 - RETAINED_SHARE) * now
-    state = replace(state, usual=usual, reach=reach, periods=periods, before=batch)
-    found = None if known is None or drifts else causes(Residual.of(batch, known, state.lag), known.sigma)
-    if found is None or not np.isfinite(found.each["lag"].resolved):
+    state = replace(state, usual=usual, reach=reach, periods=periods, before=_kept(batch))
+    if found is None or drifts:
         return state
-    lag = found.each["lag"]
-    if lag.certainty < LASTING_SIGMAS and abs(lag.size) > MIN_LAG_WIDTHS * vehicle.smoothing:
-        return state  # of several that explain next to nothing, the best is any
-    more = min(1.0 / lag.resolved**2, MAX_BATCH_PRECISION)
+    late, doubt = found.lag
     # it is not forgotten over straight legs, which tell nothing new
-    kept = (
-        state.precision
-        if more < (1.0 - RETAINED_SHARE) * state.precision
-        else max(RETAINED_SHARE * state.precision, PRIOR_LAG_PRECISION)
+    more = min(doubt**-2.0, MAX_BATCH_PRECISION)
+    kept = max(
+        (RETAINED_SHARE if more > (1.0 - RETAINED_SHARE) * state.precision else 1.0) * state.precision,
+        PRIOR_LAG_PRECISION,
     )
     total = min(kept + more, MAX_BATCH_PRECISION / (1.0 - RETAINED_SHARE))
-    usually = float(np.clip(state.lag + lag.size * more / total, -MAX_ROTOR_LAG_S, MAX_ROTOR_LAG_S))
+    usually = float(np.clip(state.lag + late * more / total, -MAX_ROTOR_LAG_S, MAX_ROTOR_LAG_S))
     return replace(state, lag=usually, precision=total)
+
+
+def _kept(batch: Samples) -> Samples:
+    """What is needed of a batch beside the next one."""
+    return Samples(batch.time, batch.yaw_rate, batch.damping, raw={TORQUE: batch.raw[TORQUE]})
 
 
 def _span(batch: Samples) -> tuple[float, float]:
     return float(batch.time[0]), float(batch.time[-1])
+
+
+def _agrees(batch: Samples, sigma: float) -> bool:
+    """Whether the samples of a batch follow one curve of drag, be it another than was learned."""
+    rate = batch.yaw_rate
+    design = np.stack((rate, rate * np.abs(rate), np.ones(rate.size)), axis=1)
+    kept = np.ones(rate.size, dtype=bool)
+    size = np.zeros(3)
+    for _ in range(3):
+        size = np.linalg.lstsq(design[kept], batch.damping[kept], rcond=None)[0]
+        left = batch.damping - design @ size
+        kept = np.abs(left) <= TRIMMED_DEVIATIONS * max(robust_deviation(left), 1e-12)
+    drag = design[:, :2] @ size[:2]
+    return robust_deviation(batch.damping - design @ size) <= AGREEING_NOISES * sigma and float(drag @ rate) > 0.0

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array
 from incsvr.plant.words import YAW_WORDS, AxisWords
-from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
 PRIOR_LAG_PRECISION = 1.0 / 0.25**2
@@ -91,59 +89,8 @@ class State:
         """`rates` with learned ones (n,) [rad/s]."""
         return tuple((np.array(self.rates) + np.bincount(_bins(vehicle, rate), minlength=RATE_BINS)).tolist())
 
-    def to_dict(self) -> dict[str, Any]:
-        """The memory as plain data, exact to the bit in JSON."""
-        return {
-            "paused_since": self.paused_since,
-            "paused_by": sorted(self.paused_by),
-            "kinds": sorted(self.kinds),
-            "learned": self.learned,
-            "usual": dict(self.usual),
-            "reach": dict(self.reach),
-            "periods": dict(self.periods),
-            "lag": self.lag,
-            "precision": self.precision,
-            "before": None if self.before is None else _plain_data(self.before),
-            "agreeing": self.agreeing,
-            "told": self.told,
-            "drift": self.drift,
-            "rates": list(self.rates),
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> State:
-        before = data["before"]
-        return State(
-            data["paused_since"],
-            frozenset(data["paused_by"]),
-            frozenset(data["kinds"]),
-            data["learned"],
-            dict(data["usual"]),
-            dict(data["reach"]),
-            dict(data["periods"]),
-            data["lag"],
-            data["precision"],
-            None if before is None else _samples(before),
-            data["agreeing"],
-            data["told"],
-            data.get("drift", 0.0),  # states before 2026-11-25 lack it
-            tuple(data["rates"]),
-        )
-
 
 def _bins(vehicle: Vehicle, rate: Array) -> NDArray[np.int64]:
     """(n,) the bin of each rate; what is beyond the range falls into its last ones."""
     low, high = vehicle.rate_range
     return np.clip((RATE_BINS * (rate - low) / (high - low)).astype(np.int64), 0, RATE_BINS - 1)
-
-
-def _plain_data(samples: Samples) -> dict[str, Any]:
-    raw = {name: samples.raw[name].tolist() for name in (TORQUE,)}
-    columns = {"time": samples.time, "yaw_rate": samples.yaw_rate, "damping": samples.damping}
-    return {name: values.tolist() for name, values in columns.items()} | {"raw": raw}
-
-
-def _samples(data: Mapping[str, Any]) -> Samples:
-    time, rate, damping = (np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping"))
-    raw = {name: np.array(values, dtype=np.float64) for name, values in data["raw"].items()}
-    return Samples(time, rate, damping, raw=raw)

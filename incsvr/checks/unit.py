@@ -56,7 +56,8 @@ def unit(batch: Samples, inertia: float, largest_rate: float, reach: float, sigm
     rate, torque = batch.yaw_rate, batch.raw[TORQUE]
     if len(batch) < 2 or float(np.max(np.abs(rate))) < 2.0 * MIN_TURNING_RATE_SHARE * largest_rate:
         return []
-    energy, given = 0.5 * inertia * rate**2, max(float(np.ptp(torque)), reach)
+    # a torque that kept its side reaches from none
+    energy, given = 0.5 * inertia * rate**2, max(float(np.ptp(np.append(torque, 0.0))), reach)
     gained = float(np.max(energy - np.minimum.accumulate(energy)))
     work = 0.5 * given * float(np.median(np.diff(batch.time))) * float(np.sum(np.abs(rate)))
     # what the declared inertia alone takes, of samples that stand apart as well

@@ -2,23 +2,23 @@
 
 Errors of prediction are linear in what causes them, and white: sums of squares and of products before and after an
 onset are all that the data say of it. What is before it tells the usual sizes of p causes, and how well they are known;
-what is after it weighs, by its marginal likelihood, whether they are still the same, or one of them is another.
+what is after it weighs whether they are still the same, or one of them is another (`checks.evidence`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.checks.evidence import Evidence
 from incsvr.numerics import Array
 
-CHANGE_PRIORS = {"thrust": (0.4, 0.0, 0.0), "damping": (0.0, 0.5, 0.0), "moment": (0.0, 0.0, 0.3),
-                 "inertia": (0.3, -0.3, 0.0)}  # fmt: skip
+CHANGES = ("thrust", "damping", "moment", "inertia")
+CHANGE_PRIORS = np.array([[0.4, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.3], [0.3, -0.3, 0.0]])
 """Deviations of each change in the first three causes: thrust that is lacking and damping that has grown, as parts of
 them, and a moment, in usual torques. An inertia that has shrunk is thrust that is lacking beside damping that is."""
 MIN_DRIFTS = (0.03, 0.06, 0.06)
@@ -34,125 +34,74 @@ was learned, as parts of them, of a moment, in usual torques, of what comes late
 curvature, as parts of it, and of the curve's errors, in usual torques."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ThrustEvidence:
-    """The sums for each of k onsets, in units of the causes' usual size.
+    """The evidence at each of k onsets.
 
     Attributes:
-        known, asked: (k, p, p) and (k, p) sums of the causes' squares and of their products with the errors before it.
-        fresh, drawn: the same after it.
-        power: (k,) sum of the errors' squares after it.
-        count: (k,) errors after it.
-        units: (p,) what one of each prior's unit is, in the causes' usual size.
-        variance: of the noise.
-        drifts: deviations of the first three causes between stretches in which nothing happens.
+        nothing: (k,) logarithm of the likelihood of all data if nothing changes; a constant is left out.
+        changed: (k, 4) the same if each of CHANGES does.
+        left: (k,) what a change of thrust leaves of the errors after the onset, in variances.
+        lacked: (k,) thrust that was lacking before, as a part of it.
+        more, doubt: (k,) by how much more is lacking after it, and the deviation of that.
     """
 
-    known: Array
-    asked: Array
-    fresh: Array
-    drawn: Array
-    power: Array
-    count: NDArray[np.intp]
-    units: Array
-    variance: float
-    drifts: tuple[float, float, float] = MIN_DRIFTS
+    nothing: Array
+    changed: Array
+    left: Array
+    lacked: Array
+    more: Array
+    doubt: Array
 
     @staticmethod
-    def of(white: Array, causes: Array, onsets: NDArray[np.intp], units: Array, variance: float) -> ThrustEvidence:
-        """From (n,) white errors and (n, p) causes that are filtered likewise, and onsets (k,) from 1 to n − 1."""
-        pieces = _sums(white, causes, (0, *onsets.tolist(), white.size))
-        total = np.cumsum(pieces, axis=0)
-        return ThrustEvidence._of_sums(total[:-1], total[-1] - total[:-1], white.size - onsets, units, variance)
-
-    @staticmethod
-    def _of_sums(before: Array, after: Array, count: NDArray[np.intp], units: Array, variance: float) -> ThrustEvidence:
-        return ThrustEvidence(
-            before[:, :-1, :-1], before[:, :-1, -1], after[:, :-1, :-1], after[:, :-1, -1], after[:, -1, -1],
-            count, units, variance,
-        )  # fmt: skip
-
-    def with_drift_of(self, white: Array, causes: Array, length: int) -> ThrustEvidence:
-        """This evidence with the drift of the thrust measured: the root mean square by which the lacking thrust of one
-        stretch before the onsets differs from that of all other stretches, less what noise explains of it.
+    def of(
+        before: Array, after: Array, count: NDArray[np.intp], units: Array, drifts: Sequence[float]
+    ) -> ThrustEvidence:
+        """Weighs the changes.
 
         Args:
-            white, causes: (n,) and (n, p) of the data before the onsets.
-            length: of a stretch.
+            before, after: (k, p + 1, p + 1) sums of the causes and the errors, in variances, before each onset and
+                after it.
+            count: (k,) errors after it.
+            units: (p,) what one of each prior's unit is, in the causes' usual size.
+            drifts: deviations of the first three causes between stretches in which nothing happens.
         """
-        last = white.size // length * length
-        if last == 0:
-            return self
-        pieces = _sums(white, causes, (*range(0, last + 1, length), white.size))
-        rest = np.sum(pieces, axis=0) - pieces[:-1]
-        count = np.full(last // length, length)
-        stretches = self._of_sums(rest, pieces[:-1], count, self.units, self.variance)
-        more, doubt = np.array([stretches.lacking(k)[1:] for k in range(count.size)]).T
-        drift = float(np.sqrt(max(np.mean(more**2 - doubt**2), 0.0)))
-        return replace(self, drifts=(max(drift, MIN_DRIFTS[0]), *MIN_DRIFTS[1:]))
-
-    def likelihood(self, change: str | None) -> Array:
-        """(k,) logarithm of the likelihood of all data if this changes at each onset, or nothing; the same constant is
-        left out of all."""
-        return self._before[2] + self._unchanged + self._changed(change)[0]
-
-    def left(self, onset: int) -> float:
-        """What a change of thrust at an onset leaves of the errors after it, in variances."""
-        rest = self.power / self.variance - 2.0 * self._unchanged
-        return float((rest - 2.0 * self._changed("thrust")[1])[onset] / self.count[onset])
-
-    def lacking(self, onset: int) -> tuple[float, float, float]:
-        """Thrust that was lacking before an onset, by how much more is lacking after it, as parts of the thrust, and
-        the deviation of that."""
-        mean, usual, _ = self._before
-        fresh = self.fresh[onset] / self.variance
-        spread = np.eye(self.units.size) + fresh @ usual[onset]
-        information = np.linalg.solve(spread, fresh)[0, 0] + 1.0 / self._prior("thrust")[0, 0]
-        more = np.linalg.solve(spread, self._pull[onset])[0] / information
-        unit = float(self.units[0])
-        return float(mean[onset][0]) / unit, float(more) / unit, float(information) ** -0.5 / unit
-
-    @cached_property
-    def _before(self) -> tuple[Array, Array, Array]:
-        """(k, p) and (k, p, p) mean and covariance of the causes by the data before each onset, and (k,) the logarithm
-        of these data's likelihood."""
-        prior = np.diag(1.0 / (self.units * np.array(USUAL_PRIORS)) ** 2)
-        information, asked = self.known / self.variance + prior, self.asked / self.variance
-        mean = np.linalg.solve(information, asked[:, :, None])[:, :, 0]
-        likelihood = 0.5 * np.sum(mean * asked, axis=1) - 0.5 * np.linalg.slogdet(information)[1]
-        drift = self.units * np.pad(self.drifts, (0, self.units.size - len(self.drifts)))
-        covariance: Array = np.linalg.inv(information) + np.diag(drift**2)
-        return np.asarray(mean), covariance, np.asarray(likelihood)
-
-    @cached_property
-    def _pull(self) -> Array:
-        """(k, p) how the data after each onset pull away from the mean before it."""
-        mean = self._before[0]
-        return np.asarray((self.drawn - (self.fresh @ mean[:, :, None])[:, :, 0]) / self.variance)
-
-    @cached_property
-    def _unchanged(self) -> Array:
-        """(k,) what the mean before each onset explains of the errors after it, in logarithm of the likelihood."""
-        mean = self._before[0]
-        return np.asarray(0.5 * np.sum(mean * (self.drawn / self.variance + self._pull), axis=1))
-
-    def _prior(self, change: str | None) -> Array:
-        """(p, p) covariance of a change."""
-        if change is None:
-            return np.zeros((self.units.size, self.units.size))
-        size = self.units * np.pad(CHANGE_PRIORS[change], (0, self.units.size - 3))
-        return np.outer(size, size)
-
-    def _changed(self, change: str | None) -> tuple[Array, Array]:
-        """(k,) logarithm of the likelihood of the data after each onset beside that of the mean before it, and the part
-        of it that is a fit."""
-        prior, pull = self._before[1] + self._prior(change), self._pull
-        inside = np.eye(self.units.size) + prior @ (self.fresh / self.variance)
-        fit = 0.5 * np.sum(pull * np.linalg.solve(inside, prior @ pull[:, :, None])[:, :, 0], axis=1)
-        return fit - 0.5 * np.linalg.slogdet(inside)[1], fit
+        p, found = units.size, []
+        first = np.diag((units * np.array(USUAL_PRIORS)) ** -2.0)
+        drift = np.diag((units * np.pad(drifts, (0, p - len(drifts)))) ** 2)
+        directions = units[:, None] * np.pad(CHANGE_PRIORS, ((0, 0), (0, p - 3))).T
+        none, moved = (np.zeros((p, 0)), np.zeros(0), np.zeros(0)), np.eye(p + 1)
+        for known, fresh, size in zip(before, after, count, strict=True):
+            until = Evidence.of(known, first, *none)
+            moved[:p, p] = -until.usual[:, -1]  # of the errors what is usual is taken
+            prior = np.linalg.inv(np.linalg.inv(until.precision) + drift)
+            since = Evidence.of(moved.T @ fresh @ moved, prior, directions, np.zeros(4), np.ones(4))
+            nothing = until.nothing + since.nothing
+            thrust = np.array([since.cost[0] / size, until.usual[0, -1] / units[0]])
+            change = CHANGE_PRIORS[0, 0] * np.array([since.size[0], since.deviation[0]])
+            found.append(np.concatenate(([nothing], nothing + since.odds, thrust, change)))
+        table = np.array(found).T
+        return ThrustEvidence(table[0], table[1:5].T, *table[5:])
 
 
-def _sums(white: Array, causes: Array, bounds: Sequence[int]) -> Array:
+def drift_of_thrust(white: Array, causes: Array, length: int, units: Array, variance: float) -> float:
+    """By how much the lacking thrust of one stretch differs from that of all others (root mean square), less what noise
+    explains of it.
+
+    Args:
+        white, causes: (n,) and (n, p) errors and causes of data in which nothing happens.
+        length: of a stretch.
+    """
+    last = white.size // length * length
+    if last == 0:
+        return 0.0
+    pieces = sums(white, causes, (*range(0, last + 1, length), white.size)) / variance
+    rest, count = np.sum(pieces, axis=0) - pieces[:-1], np.full(last // length, length)
+    seen = ThrustEvidence.of(rest, pieces[:-1], count, units, MIN_DRIFTS)
+    return float(np.sqrt(max(float(np.mean(seen.more**2 - seen.doubt**2)), 0.0)))
+
+
+def sums(white: Array, causes: Array, bounds: Sequence[int]) -> Array:
     """(pieces, p + 1, p + 1) sums of squares and products of p causes and the errors between bounds."""
     both = np.column_stack((causes, white))
     return np.array([both[a:b].T @ both[a:b] for a, b in pairwise(bounds)])

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from incsvr.forecasting.command_cells import CommandCells
 from incsvr.forecasting.prediction_noise import START, fitted_noise, whiten
-from incsvr.forecasting.thrust_evidence import CURVE_KNOTS, ThrustEvidence
+from incsvr.forecasting.thrust_evidence import CHANGES, CURVE_KNOTS, MIN_DRIFTS, ThrustEvidence, drift_of_thrust, sums
 from incsvr.numerics import Array
 
 MEMORY_S = 600.0
@@ -189,21 +189,27 @@ def _judged(white: Array, causes: Array, onsets: NDArray[np.intp], cells: Comman
     causes[:, 0] -= causes[:, THRUST_CAUSES] @ usual[THRUST_CAUSES]
     loud = float(np.sqrt(np.mean(cells.torque[before] ** 2)))
     units = scale * np.array([1.0, 1.0, loud, *(1.0,) * len(LAGS_CELLS), 1.0, 1.0 / loud, *(loud,) * CURVE_KNOTS])
-    seen = ThrustEvidence.of(white, causes, onsets, units, variance)
+    total = np.cumsum(sums(white, causes, (0, *onsets.tolist(), white.size)), axis=0)
+    known, fresh, count = total[:-1], total[-1] - total[:-1], white.size - onsets
+
+    def weighed(drift: float) -> ThrustEvidence:
+        return ThrustEvidence.of(
+            known / variance, fresh / variance, count, units, (max(drift, MIN_DRIFTS[0]), *MIN_DRIFTS[1:])
+        )
+
+    seen = weighed(0.0)
     # Louder water is no evidence: the variance is at least what the change of thrust leaves over.
-    louder = max(seen.left(int(np.argmax(seen.likelihood("thrust")))), 1.0)
-    seen = replace(seen, variance=louder * variance)
-    found = seen.likelihood("thrust")
-    best = int(np.argmax(found))
+    variance *= max(float(seen.left[int(np.argmax(seen.changed[:, 0]))]), 1.0)
+    seen = weighed(0.0)
+    best = int(np.argmax(seen.changed[:, 0]))
     if best == onsets.size - 1:
         return None  # the onset may be later than any that is tried yet
     # A vehicle with an effect that the model lacks wanders more than MIN_DRIFTS: its own earlier stretches say how far.
-    seen = seen.with_drift_of(white[before], causes[before], white.size - int(onsets[best]))
-    found = seen.likelihood("thrust")
-    odds = float(found[best] - np.max(seen.likelihood(None)))
-    leads = {other: float(found[best] - np.max(seen.likelihood(other))) for other in MIN_LEADS}
-    lacked, more, doubt = seen.lacking(best)
-    had = 1.0 - lacked
+    seen = weighed(drift_of_thrust(white[before], causes[before], white.size - int(onsets[best]), units, variance))
+    found = seen.changed[best, 0]
+    odds = float(found - np.max(seen.nothing))
+    leads = {name: float(found - np.max(seen.changed[:, CHANGES.index(name)])) for name in MIN_LEADS}
+    had, more, doubt = 1.0 - float(seen.lacked[best]), float(seen.more[best]), float(seen.doubt[best])
     if had < MIN_USUAL_THRUST:
         return None  # the declared inertia, or the torque's unit, is another
     share, doubt = 1.0 - more / had, doubt / had

@@ -206,7 +206,8 @@ def leaving(found: Identification, names: Mapping[str, str]) -> Identification:
     """The identification without some of its effects, by name why; what remains is fitted anew, and completed."""
     was = found.found
     kept = tuple(each for each in was.added if each.name not in names)
-    begun = Found(remaining(found, names), kept, {**was.refused, **names})
+    because = {name: why for name, why in was.refused.items() if not any(one in why for one in names)}
+    begun = Found(remaining(found, names), kept, {**because, **names})
     result = search(Predictor(found.base, found.reliability), found.effects, begun=begun)
     models = _simulators(found.models["plain"], result)
     return replace(

@@ -25,6 +25,8 @@ def to_plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, tuple):
         return [to_plain(each) for each in value]
+    if isinstance(value, frozenset):
+        return sorted(value)
     if isinstance(value, Mapping):
         return {name: or_none(each) if isinstance(each, np.ndarray) else to_plain(each) for name, each in value.items()}
     return value
@@ -72,8 +74,8 @@ def _value(kind: Any, data: Any) -> Any:
         return None if data is None else _value(next(part for part in parts if part is not NoneType), data)
     if origin is np.ndarray:
         return np.array(data, dtype=get_args(parts[1])[0])
+    if origin in (tuple, frozenset):
+        return origin(_value(parts[0], each) for each in data)
     if origin is Mapping:
         return {name: _value(parts[1], each) for name, each in data.items()}
-    if origin is tuple:
-        return tuple(_value(parts[0], each) for each in data)
     return from_plain(kind, data) if isinstance(kind, type) and dataclasses.is_dataclass(kind) else data

@@ -12,14 +12,13 @@ import numpy as np
 
 from incsvr.checks import Finding
 from incsvr.checks.apparent_inertia import ApparentInertia, apparent_inertia
-from incsvr.checks.torque_sign import DELAYS_S, torque_sign
+from incsvr.checks.delays import SIGN_DELAYS_S, torque_sign
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import Axis
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import TORQUE
 from incsvr.signals.settings import TorqueKind
-from incsvr.signals.smoothing import smooth
 from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
@@ -153,12 +152,7 @@ def judge_declaration(
     except BadInput:  # too slow, too short or at rest: whoever learns or traces says so
         return nothing
     found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia, cures, words))
-    time, values = joined.streams()[TORQUE]
-    counts = torque_sign(
-        samples,
-        inertia,
-        lambda at: smooth(time, values, at, smoothing=signals.smoothing, gap=2.0 * signals.smoothing).value,
-    )
+    counts = torque_sign(samples, inertia, joined.streams()[TORQUE], signals.smoothing)
     if counts is None:
         return found
     if counts.late or (assume_sign and counts.may_be_late):
@@ -170,8 +164,10 @@ def judge_declaration(
         on_time, unseen_on_time = ([_later(each, counts.delay) for each in of] for of in (runs, unseen))
         return replace(found, runs=on_time, unseen=unseen_on_time, note=note)
     if assume_sign:
-        known = f"{words.effort} and {words.rate} count in opposite directions, and no delay up to"
-        return replace(found, sign=f"{known} {DELAYS_S[-1]:g} s explains this; leave out --assume-sign to see the cure")
+        known = (
+            f"{words.effort} and {words.rate} count in opposite directions, and no delay up to {SIGN_DELAYS_S[-1]:g} s"
+        )
+        return replace(found, sign=f"{known} explains this; leave out --assume-sign to see the cure")
     either = f", or the {words.effort} acts {counts.delay:.2g} s after its stamps" if counts.may_be_late else ""
     opposite = f"{words.effort} and {words.rate} count in opposite directions{either}"
     return replace(found, sign=f"{opposite}; turn the sign of one of them ({cures.of_sign})")

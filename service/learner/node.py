@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from incsvr.checks import CurrentWarnings, Vehicle
-from incsvr.checks.misfit import MODEL_KINDS
+from incsvr.checks.agreement import MODEL_KINDS
 from incsvr.errors import BadInput
 from incsvr.learning import checked_learner as guard
 from incsvr.learning.checked_learner import Guarded

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from incsvr.checks.delays import offsets, unsteady
 from incsvr.checks.filtered_export import filtered_export
 from incsvr.checks.heading_against_rate import beside_yaw_rate
-from incsvr.checks.offsets import offsets, unsteady
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.freeing import takes_torque
 from incsvr.errors import BadInput
