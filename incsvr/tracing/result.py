@@ -239,7 +239,9 @@ def _of_best(proof: Proof, without: bool, words: AxisWords) -> tuple[str, ...]:
             f"model {proof.error['after']['free_run_rmse']:.3g}"
         )
     if without:
-        notes.append("free runs of excluded data are hardly better with the effects, so the model does not contain them")
+        notes.append(
+            "free runs of excluded data are hardly better with the effects, so the model does not contain them"
+        )
     return tuple(notes)
 
 
