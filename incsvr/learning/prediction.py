@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.learning.columns import Pivots, Series
 from incsvr.learning.continuation import Continuation
 from incsvr.learning.doubt import NOISE_SHARE, Doubt, variance_of
-from incsvr.learning.kernel import rbf
+from incsvr.learning.kernel import Pivots, Series, rbf
 from incsvr.learning.support import Support
 from incsvr.numerics import Array, lapack
 

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.learning.columns import columns
 from incsvr.learning.criteria import Mask, forgetting, inclusion, outliers
 from incsvr.learning.iteration import Iteration, Settings
+from incsvr.learning.kernel import columns
 from incsvr.learning.model import Model
 from incsvr.learning.plain_samples import columns_to_dict, samples_from_dict
 from incsvr.learning.policies.noise import Noise

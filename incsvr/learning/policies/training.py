@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.learning import dual
-from incsvr.learning.columns import columns
 from incsvr.learning.iteration import Settings
+from incsvr.learning.kernel import columns
 from incsvr.learning.model import Model
 from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several_velocities.drag import Drag, fitted, share_left

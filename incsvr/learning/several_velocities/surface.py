@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.learning.columns import Pivots
 from incsvr.learning.doubt import MIN_NOISE_SHARE, Doubt, variance_of
+from incsvr.learning.kernel import Pivots
 from incsvr.learning.prediction import Prediction
 from incsvr.learning.several_velocities.several import Several
 from incsvr.learning.support import Support
