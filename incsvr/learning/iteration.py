@@ -10,12 +10,15 @@ from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from incsvr.signals.samples import Samples
 
+PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
+"""The range for which the paper's settings were tuned [rad/s], [N m]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Settings:
     """The settings of the learner. The numbers are the paper's: γ, C, ε as tuned in Section IV-B, the rest from III-C.
 
-    The policy is not: "weighted" (policies/weighted.py) averages noise, and comes nearer to the truth in every scenario
+    The policy is not: "weighted" (weighted.py) averages noise, and comes nearer to the truth in every scenario
     of `python -m benchmarks.paper`.
     """
 
@@ -52,6 +55,26 @@ class Settings:
             raise BadInput("the policy paper is for one velocity; take weighted, or leave the further velocities out")
         if self.solver not in ("exact", "passes"):
             raise BadInput(f'the learner has no solver "{self.solver}"; choose "exact" or "passes"')
+
+
+def scaled_to(fastest: float, damping: float, /, **chosen: object) -> Settings:
+    """The paper's settings, where lengths in velocity and in damping are scaled to what the vehicle reaches.
+
+    Args:
+        fastest: the largest velocity [rad/s], [m/s].
+        damping: the largest damping [N m], [N].
+        chosen: settings that are not scaled.
+    """
+    rate, torque, paper = fastest / PAPER_RATE, damping / PAPER_TORQUE, Settings()
+    scaled = {
+        "gamma": paper.gamma / rate**2,
+        "C": paper.C * torque,
+        "epsilon": paper.epsilon * torque,
+        "near_rate": paper.near_rate * rate,
+        "near_damping": paper.near_damping * torque,
+        "rate_range": (paper.rate_range[0] * rate, paper.rate_range[1] * rate),
+    }
+    return Settings(**{**scaled, **chosen})  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,8 @@ def to_plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, tuple):
         return [to_plain(each) for each in value]
+    if isinstance(value, Mapping):
+        return {name: to_plain(each) for name, each in value.items()}
     return value
 
 
@@ -65,4 +67,6 @@ def _value(kind: Any, data: Any) -> Any:
         return np.array(data, dtype=get_args(parts[1])[0])
     if origin is tuple:
         return tuple(_value(parts[0], each) for each in data)
+    if origin is Mapping:
+        return {name: _value(parts[1], each) for name, each in data.items()}
     return from_plain(kind, data) if isinstance(kind, type) and dataclasses.is_dataclass(kind) else data

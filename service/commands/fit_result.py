@@ -14,11 +14,10 @@ from incsvr.checks import Verdict
 from incsvr.checks import verdict_sentences as in_sentences
 from incsvr.checks.resolution import resolution_fault
 from incsvr.errors import BadInput
+from incsvr.forecasting.over_recordings import FitPictures, FreeRunErrors, rmse
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS, Interval, coefficients, negative_drag
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_answers
-from incsvr.learning.fit_pictures import FitPictures
-from incsvr.learning.free_run import FreeRunErrors, rmse
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.prediction import Prediction
 from incsvr.numerics import root_mean_square

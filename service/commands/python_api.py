@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.learning.fit_pictures import FitPictures
+from incsvr.forecasting.over_recordings import FitPictures
 from incsvr.learning.prediction import Prediction
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.terms import mass_unit, stage_unit, thrust_name

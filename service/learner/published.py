@@ -88,7 +88,6 @@ def snapshot(served: ServedModel, boot: str, inertia: float) -> wire.ModelSnapsh
         correlation=model.correlation,
         water=wire.WaterMotion(**asdict(model.water)),
         spread=wire.NoiseByRate(**asdict(model.spread)),
-        widening=model.widening,
         over=_over(model),
     )
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.learning.free_run import motions
+from incsvr.forecasting.over_recordings import motions
 from incsvr.model.inertia import InertiaEstimate, estimate_inertia
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import AxisWords, words_of

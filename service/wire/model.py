@@ -9,10 +9,10 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from incsvr.learning.drag import Several
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
-from incsvr.learning.several_velocities.several import Several
-from incsvr.learning.spread import KNOT_COUNT, PRIOR_SAMPLES, Spread
+from incsvr.learning.noise import KNOT_COUNT, PRIOR_SAMPLES, Spread
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from service.wire.form import Form, Numbers, WithNoise
 
@@ -101,7 +101,6 @@ class ModelSnapshot(WithNoise):
     correlation: float = 0.0  # of the noise of two samples that follow each other
     water: WaterMotion = WaterMotion()
     spread: NoiseByRate = NoiseByRate()
-    widening: float = 1.0  # of the curve's own doubt, since fresh samples disagreed
     over: OverSeveral | None = Field(default=None, exclude_if=lambda over: over is None)
 
     @property
@@ -125,7 +124,6 @@ class ModelSnapshot(WithNoise):
             correlation=self.correlation,
             water=Water(**self.water.model_dump()),
             spread=Spread(**self.spread.model_dump()),
-            widening=self.widening,
             several=self._several(),
         )
 

@@ -58,10 +58,10 @@ def test_the_doubt_is_that_of_the_gaussian_process(learned: Model) -> None:
     x, rates = learned.support_rate, np.linspace(*(learned.trained_range or (0.0, 0.0)), 50)
     scale = np.abs(learned.support_damping).max()
     noise = learned.sigma * learned.spread.at(x)
-    worth = (1.0 - learned.correlation) / (1.0 + learned.correlation) * 2.0 / np.pi
+    worth = (1.0 - learned.correlation) / (1.0 + learned.correlation) * 2.0 / np.pi / 1.7
     whole, cross = (scale**2 * rbf(each, x, learned.gamma) for each in (x, rates))
     explained = np.sum(cross * np.linalg.solve(whole + np.diag(noise**2 / (worth * learned.count)), cross.T).T, axis=1)
-    known = learned.widening * np.sqrt(scale**2 - explained + (0.3 * learned.sigma) ** 2)
+    known = np.sqrt(scale**2 - explained + (0.35 * learned.sigma * learned.spread.at(rates)) ** 2)
     assert learned.water.moment == 0.0
     np.testing.assert_allclose(learned.predict(rates).doubt, known, rtol=1e-6)
 

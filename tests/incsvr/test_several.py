@@ -11,10 +11,9 @@ import pytest
 from incsvr.checks import Vehicle
 from incsvr.errors import BadInput
 from incsvr.learning import checked_learner
+from incsvr.learning.drag import Drag, Several
 from incsvr.learning.kernel import columns, rbf, rbf_at_rest
 from incsvr.learning.learner import Iteration, Settings, State, start, step
-from incsvr.learning.several_velocities.drag import Drag
-from incsvr.learning.several_velocities.several import Several
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 from service.recordings.samples_from_recording import samples_of
