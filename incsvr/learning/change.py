@@ -25,7 +25,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,87 +61,6 @@ class Evidence:
     score: Array  # v (p,)
     square: float  # eᵀΣ⁻¹e
     reach: float  # largest |r| among them [rad/s]
-
-
-def features(u: Array, curve: Array) -> Array:
-    """φ (n, p): the curve f [N m] and the polynomials, at rates scaled to u ∈ [−1, 1] (n,); beyond, they stay."""
-    u = np.minimum(np.maximum(u, -1.0), 1.0)
-    phi = np.empty((POLYNOMIAL_DEGREE + 2, u.size))
-    phi[0], phi[1], phi[2] = curve, 1.0, u
-    for row in range(3, POLYNOMIAL_DEGREE + 2):
-        phi[row] = 2.0 * u * phi[row - 1] - phi[row - 2]
-    return phi.T
-
-
-def prior(sigma: float) -> Array:
-    """D (p, p), the precision of w, at a noise level of sigma [N m]."""
-    return np.diag([GAIN_DEVIATION**-2] + [(SHAPE_NOISES * sigma) ** -2] * (POLYNOMIAL_DEGREE + 1))
-
-
-def gather(rate: Array, phi: Array, residual: Array, index: NDArray[np.intp], noise: Noise) -> Evidence:
-    """The evidence of one batch.
-
-    Args:
-        rate: (n,) yaw rates [rad/s].
-        phi: (n, p) their features.
-        residual: (n,) y − f(x) [N m].
-        index: (n,) place of each in the stream, increasing: where some are missing the correlation is ρ to the power of
-            the distance.
-        noise: of the samples.
-    """
-    p = phi.shape[1]
-    if residual.size == 0:
-        return Evidence(np.zeros((p, p)), np.zeros(p), 0.0, 0.0)
-    decay = noise.correlation ** (index[1:] - index[:-1])
-    white = np.concatenate((phi, residual[:, None]), axis=1)
-    white[1:] = (white[1:] - decay[:, None] * white[:-1]) / np.sqrt(1.0 - decay * decay)[:, None]
-    gram = white.T @ white / noise.variance
-    return Evidence(gram[:p, :p], gram[:p, p], float(gram[p, p]), float(np.abs(rate).max()))
-
-
-def together(parts: Sequence[Evidence]) -> Evidence:
-    """The evidence of several batches, at least one."""
-    return Evidence(
-        sum((part.information for part in parts[1:]), parts[0].information),
-        sum((part.score for part in parts[1:]), parts[0].score),
-        sum(part.square for part in parts),
-        max(part.reach for part in parts),
-    )
-
-
-def surprise(evidence: Evidence, precision: Array) -> float:
-    """−ln p(e) up to a constant, for a correction of precision P (p, p) about zero."""
-    informed = evidence.information + precision
-    pull = float(evidence.score @ np.linalg.solve(informed, evidence.score))
-    sizes = np.linalg.slogdet(np.stack((informed, precision)))[1]
-    return 0.5 * (evidence.square - pull + float(sizes[0] - sizes[1]))
-
-
-class Verdict(NamedTuple):
-    """The strongest case for a change: ln BF and the evidence of that window."""
-
-    log_factor: float
-    evidence: Evidence
-
-
-def weigh(recent: Sequence[Evidence], held: Array, free: Array) -> Verdict:
-    """Weighs the last 1, 2, 4 batches of `recent` (oldest first, at least one).
-
-    Args:
-        recent: evidence of each batch against the curve of its time.
-        held, free: M + D and D, (p, p).
-    """
-    windows = [together(recent[-count:]) for count in WINDOW_BATCHES if count <= len(recent)]
-    # All windows, and none, under both hypotheses at once: for matrices this small the calls are what costs.
-    precision = np.array((held, free))
-    informed = np.array([window.information for window in windows])[:, None] + precision
-    score = np.array([window.score for window in windows])[:, None, :, None]
-    pull = (score * np.linalg.solve(informed, score)).sum(axis=(2, 3))
-    size = np.linalg.slogdet(np.concatenate((precision, informed.reshape(-1, *free.shape))))[1].reshape(-1, 2)
-    surprises = 0.5 * (size[1:] - size[0] - pull)  # without the square, which is the same for both
-    factors = (surprises[:, 0] - surprises[:, 1]).tolist()
-    best = factors.index(max(factors))
-    return Verdict(factors[best], windows[best])
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,18 +101,18 @@ def follow(
         vectors, model, noise: as they were before the batch.
         rate, damping: (n,) of the batch's samples without outliers [rad/s], [N m].
         predicted: (n,) f(x) of these samples under `model` [N m].
-        index: (n,) their places in the stream.
+        index: (n,) their places in the stream, increasing.
     """
     probation, sentence = watch.probation, None
     # Both curves are judged by the same samples: those at rates that both knew.
     known = vectors.yaw_rate if probation is None else probation.vectors.yaw_rate
     inside = (rate >= known[0]) & (rate <= known[-1])
-    rate, damping, now, index = rate[inside], damping[inside], predicted[inside], index[inside]
-    fresh = gather(rate, _features(settings, rate, now), damping - now, index, noise)
+    rate, damping, predicted, index = rate[inside], damping[inside], predicted[inside], index[inside]
+    fresh = _evidence(settings, noise, rate, damping, predicted, index)
     if probation is not None:
-        then = probation.model.evaluate(rate)
-        before = gather(rate, _features(settings, rate, then), damping - then, index, noise)
-        lead = probation.lead + surprise(fresh, probation.precision) - surprise(before, probation.held)
+        before = _evidence(settings, noise, rate, damping, probation.model.evaluate(rate), index)
+        change = _surprise([fresh], probation.precision) - _surprise([before], probation.held)
+        lead = probation.lead + float(change[0]) + 0.5 * (fresh.square - before.square)
         if lead > ALARM_LOG_ODDS:
             sentence = f"the damping is as it was before the last change (ln Bayes factor {lead:.1f})"
             vectors, model, fresh, probation = probation.vectors, probation.model, before, None
@@ -203,10 +121,13 @@ def follow(
 
     seen = min(watch.seen + 1, YOUNG_CURVE_BATCHES)
     recent = (*watch.recent, fresh)[-WINDOW_BATCHES[-1] :]
-    free = prior(noise.sigma)
-    at_vectors = _features(settings, vectors.yaw_rate, model.at_support)
+    free = _prior(noise.sigma)
+    at_vectors = _features(settings, vectors.yaw_rate, model.evaluate(vectors.yaw_rate))
     held = (at_vectors.T * (vectors.information * noise.worth)) @ at_vectors + free
-    log_factor, evidence = weigh(recent, held, free)
+    windows = [_together(recent[-count:]) for count in WINDOW_BATCHES if count <= len(recent)]
+    log_factors = (_surprise(windows, held) - _surprise(windows, free)).tolist()
+    log_factor = max(log_factors)
+    evidence = windows[log_factors.index(log_factor)]
     changed = log_factor > ALARM_LOG_ODDS and seen >= YOUNG_CURVE_BATCHES
     if changed:
         precision = free + evidence.information
@@ -215,43 +136,82 @@ def follow(
     else:
         return vectors, Watch(seen, recent), sentence
 
-    at_vectors, correction = _correction(settings, vectors.yaw_rate, model, evidence, precision)
-    moved = replace(vectors, damping=vectors.damping + correction)
-    if changed:
-        doubt = VECTORS_PER_FREEDOM * noise.worth * _variance(at_vectors, precision)
-        moved = replace(moved, information=1.0 / (1.0 / vectors.information + doubt))
-        probation = Probation(precision, PROBATION_BATCHES, vectors, model, held)
-        sentence = _sentence(correction, at_vectors[:, 0], log_factor)
-        return moved, Watch(seen, (), probation), sentence
-    assert probation is not None
-    probation = replace(probation, precision=precision, batches=probation.batches - 1)
-    return moved, Watch(seen, (), probation if probation.batches else None), None
+    if not changed:
+        assert probation is not None
+        probation = replace(probation, precision=precision, batches=probation.batches - 1)
+        moved = _moved(settings, vectors, model, evidence, precision)[0]
+        return moved, Watch(seen, (), probation if probation.batches else None), None
+    moved, phi, correction = _moved(settings, vectors, model, evidence, precision)
+    variance = (phi * np.linalg.solve(precision, phi.T).T).sum(axis=1)
+    doubt = VECTORS_PER_FREEDOM * noise.worth * variance
+    moved = replace(moved, information=1.0 / (1.0 / vectors.information + doubt))
+    gain = 100.0 * float(correction @ phi[:, 0]) / max(float(phi[:, 0] @ phi[:, 0]), 1e-300)
+    sentence = f"the damping has changed by about {gain:+.0f} % (ln Bayes factor {log_factor:.1f})"
+    return moved, Watch(seen, (), Probation(precision, PROBATION_BATCHES, vectors, model, held)), sentence
 
 
-def _features(settings: Settings, rate: Array, curve: Array) -> Array:
-    """(n, p) features of a correction at (n,) rates [rad/s] at which the curve is `curve` (n,) [N m]."""
-    low, high = settings.rate_range
-    return features((2.0 * rate - low - high) / (high - low), curve)
-
-
-def _correction(
-    settings: Settings, rate: Array, model: Model, evidence: Evidence, precision: Array
-) -> tuple[Array, Array]:
-    """The features (n, p) of a correction of a model at (n,) rates, and the correction (n,) [N m].
+def _moved(
+    settings: Settings, vectors: Vectors, model: Model, evidence: Evidence, precision: Array
+) -> tuple[Vectors, Array, Array]:
+    """The vectors (n,) moved by the correction, its features (n, p), and itself [N m].
 
     It is not trusted beyond the largest rate that showed it: from there on it stays as it is.
     """
-    reached = np.clip(rate, -evidence.reach, evidence.reach)
+    reached = np.clip(vectors.yaw_rate, -evidence.reach, evidence.reach)
     phi = _features(settings, reached, model.evaluate(reached))
-    return phi, phi @ np.linalg.solve(precision, evidence.score)
+    correction = phi @ np.linalg.solve(precision, evidence.score)
+    return replace(vectors, damping=vectors.damping + correction), phi, correction
 
 
-def _variance(phi: Array, precision: Array) -> Array:
-    """(n,) variance of a correction of this precision (p, p) where its features are phi (n, p) [N² m²]."""
-    return np.asarray((phi * np.linalg.solve(precision, phi.T).T).sum(axis=1))
+def _features(settings: Settings, rate: Array, curve: Array) -> Array:
+    """φ (n, p) at (n,) rates: the curve f [N m] there, and polynomials of the scaled rate, which stays in [−1, 1]."""
+    low, high = settings.rate_range
+    u = np.minimum(np.maximum((2.0 * rate - low - high) / (high - low), -1.0), 1.0)
+    phi = np.empty((POLYNOMIAL_DEGREE + 2, u.size))
+    phi[0], phi[1], phi[2] = curve, 1.0, u
+    for row in range(3, POLYNOMIAL_DEGREE + 2):
+        phi[row] = 2.0 * u * phi[row - 1] - phi[row - 2]
+    return phi.T
 
 
-def _sentence(correction: Array, curve: Array, log_factor: float) -> str:
-    """The change as people read it: a correction (n,) of a curve (n,) [N m], and how sure it is."""
-    gain = 100.0 * float(correction @ curve) / max(float(curve @ curve), 1e-300)
-    return f"the damping has changed by about {gain:+.0f} % (ln Bayes factor {log_factor:.1f})"
+def _prior(sigma: float) -> Array:
+    """D (p, p), the precision of w, at a noise level of sigma [N m]."""
+    size = POLYNOMIAL_DEGREE + 2
+    found = np.zeros((size, size))
+    found.reshape(-1)[:: size + 1] = (SHAPE_NOISES * sigma) ** -2
+    found[0, 0] = GAIN_DEVIATION**-2
+    return found
+
+
+def _evidence(
+    settings: Settings, noise: Noise, rate: Array, damping: Array, curve: Array, index: NDArray[np.intp]
+) -> Evidence:
+    """The evidence of (n,) samples against a curve: where some are missing in the stream the correlation of the noise
+    is ρ to the power of the distance."""
+    p = POLYNOMIAL_DEGREE + 2
+    if rate.size == 0:
+        return Evidence(np.zeros((p, p)), np.zeros(p), 0.0, 0.0)
+    decay = noise.correlation ** (index[1:] - index[:-1])
+    white = np.concatenate((_features(settings, rate, curve), (damping - curve)[:, None]), axis=1)
+    white[1:] = (white[1:] - decay[:, None] * white[:-1]) / np.sqrt(1.0 - decay * decay)[:, None]
+    gram = white.T @ white / noise.variance
+    return Evidence(gram[:p, :p], gram[:p, p], float(gram[p, p]), float(np.abs(rate).max()))
+
+
+def _together(parts: Sequence[Evidence]) -> Evidence:
+    """The evidence of several batches, at least one."""
+    return Evidence(
+        sum((part.information for part in parts[1:]), parts[0].information),
+        sum((part.score for part in parts[1:]), parts[0].score),
+        sum(part.square for part in parts),
+        max(part.reach for part in parts),
+    )
+
+
+def _surprise(windows: Sequence[Evidence], precision: Array) -> Array:
+    """(windows,) −ln p(e) without ½ eᵀΣ⁻¹e, up to a constant, for a correction of precision P (p, p) about zero."""
+    informed = np.array([window.information for window in windows]) + precision
+    score = np.array([window.score for window in windows])
+    pull = np.vecdot(score, np.linalg.solve(informed, score[..., None])[..., 0])
+    sizes = np.linalg.slogdet(np.concatenate((informed, precision[None])))[1]
+    return np.asarray(0.5 * (sizes[:-1] - sizes[-1] - pull))

@@ -84,7 +84,7 @@ def _taken_back(number: int, before: State, batch: Samples, verdict: Verdict) ->
     stamps = np.full(model.support_rate.size, batch.time[0])
     support = Samples(stamps, model.support_rate, model.support_damping, model.others_at_support)
     return replace(
-        Iteration.untrained(number, model, support),
+        Iteration(number, False, model, support, support),
         time_span=verdict.span,
         change=f"the batch before is withdrawn: {verdict.findings[0].sentence}",
     )

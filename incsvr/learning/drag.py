@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations_with_replacement, permutations
+from itertools import combinations_with_replacement
 
 import numpy as np
 
@@ -62,46 +62,45 @@ def distances(x: Array, z: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Drag:
-    """The terms of the drag of one axis."""
+    """The terms of the drag of one axis, from velocities i and j of which the own one is 0."""
 
-    linear: tuple[int, ...]  # velocities i of νᵢ and νᵢ|νᵢ|; the own one is 0 and stands first
-    crossed: tuple[tuple[int, int], ...]  # pairs (i, j) of νᵢ|νⱼ|
-    products: tuple[tuple[int, int], ...]  # pairs (i, j), i ≤ j, of νᵢνⱼ
+    linear: tuple[int, ...]  # i of νᵢ
+    sizes: tuple[tuple[int, int], ...]  # (i, j) of νᵢ|νⱼ|, those of i = j first
+    products: tuple[tuple[int, int], ...]  # (i, j), i ≤ j, of νᵢνⱼ
 
     @staticmethod
     def of(own: str, others: Sequence[str]) -> Drag:
         """The drag of an axis whose own velocity has this name, over it and the others."""
         lateral = [name in LATERAL or name == BODY_YAW_RATE for name in (own, *others)]
-        alike = [i for i, side in enumerate(lateral) if side == lateral[0]]
-        pairs = combinations_with_replacement(range(len(lateral)), 2)
+        alike, all_of = [i for i, side in enumerate(lateral) if side == lateral[0]], range(len(lateral))
         return Drag(
             tuple(alike),
-            tuple((i, j) for i, j in permutations(range(len(lateral)), 2) if i in alike),
+            tuple([(i, i) for i in alike] + [(i, j) for i in alike for j in all_of if i != j]),
             # a product keeps its sign where both or neither do; ν₁² is no drag
-            tuple((i, j) for i, j in pairs if (lateral[i] != lateral[j]) == lateral[0] and (i, j) != (0, 0)),
+            tuple(
+                (i, j)
+                for i, j in combinations_with_replacement(all_of, 2)
+                if (lateral[i] != lateral[j]) == lateral[0] and (i, j) != (0, 0)
+            ),
         )
 
     def terms(self, u: Array) -> Array:
         """(n, p) at (n, d) velocities; those of u/f are these over those of f, for any positive f (d,)."""
-        columns = [u[:, i] for i in self.linear] + [u[:, i] * np.abs(u[:, i]) for i in self.linear]
-        columns += [u[:, i] * np.abs(u[:, j]) for i, j in self.crossed]
-        columns += [u[:, i] * u[:, j] for i, j in self.products]
-        return np.stack(columns, axis=1)
+        columns = [u[:, i] for i in self.linear] + [u[:, i] * np.abs(u[:, j]) for i, j in self.sizes]
+        return np.stack(columns + [u[:, i] * u[:, j] for i, j in self.products], axis=1)
 
     def slopes(self, u: Array) -> Array:
         """(n, p) derivatives of the terms with respect to the own scaled velocity."""
-        own, sign, none = u[:, 0], np.sign(u[:, 0]), np.zeros(u.shape[0])
-        columns = [none + float(i == 0) for i in self.linear]
-        columns += [2.0 * np.abs(own) if i == 0 else none for i in self.linear]
-        columns += [np.abs(u[:, j]) if i == 0 else u[:, i] * sign if j == 0 else none for i, j in self.crossed]
-        columns += [u[:, j] if i == 0 else none for i, j in self.products]
-        return np.stack(columns, axis=1)
+        sign = np.sign(u[:, 0])
+        columns = [np.full(len(u), float(i == 0)) for i in self.linear]
+        columns += [(i == 0) * np.abs(u[:, j]) + (j == 0) * u[:, i] * sign for i, j in self.sizes]
+        return np.stack(columns + [(i == 0) * u[:, j] for i, j in self.products], axis=1)
 
     @property
     def damps(self) -> Array:
         """(p,) 1 for the terms that damp the own velocity whatever the others do, ν₁, ν₁|ν₁| and ν₁|νⱼ|; 0 else."""
-        each = [float(i == 0) for i in self.linear]
-        return np.array([*each, *each, *(float(i == 0) for i, _ in self.crossed), *(0.0 for _ in self.products)])
+        own = [i == 0 for i in self.linear] + [i == 0 for i, _ in self.sizes]
+        return np.array(own + [False] * len(self.products), dtype=np.float64)
 
 
 def fitted(phi: Array, damping: Array, count: Array, sigma: float) -> Array:

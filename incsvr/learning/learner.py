@@ -127,8 +127,9 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
     at = batch if rate is batch.yaw_rate else replace(batch, yaw_rate=rate)
     samples, place = state.waiting.with_batch(at, driven)
     water, waiting = state.water.after(alone, driven), Waiting()
+    learned = before.learned(batch) if before.is_trained else None
     if len(samples) and BATCH_PARTS * len(samples) >= min(settings.batch, len(batch)):
-        predicted = before.learned(samples) if before.is_trained else None
+        predicted = learned if samples is batch or learned is None else before.learned(samples)
         policy = _POLICIES[settings.policy]
         memory, iteration = policy.learn(settings, number, state.memory, before, samples, predicted, place)
         noise = memory.noise
@@ -136,14 +137,14 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         if model is not before:
             model = replace(model, sigma=noise.sigma, correlation=noise.correlation, spread=noise.spread, water=water)
     else:
-        memory, model, iteration = state.memory, before, Iteration.untrained(number, before, served)
+        memory, model, iteration = state.memory, before, Iteration(number, False, before, served, served)
         waiting = Waiting(samples.time, samples.yaw_rate, samples.damping, place - len(batch), samples.channels)
     iteration = replace(
         iteration,
         model=model,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
         undriven=batch.take(slice(0, 0) if driven.all() else ~driven),
-        progressive_mae=float(np.abs(before.served(batch) - batch.damping).mean()) if before.is_trained else None,
+        progressive_mae=None if learned is None else _mean_error(before.served(batch, learned), batch),
     )
     return State(number, model, state.policy, memory, recent, waiting, water), iteration
 
@@ -175,3 +176,7 @@ def _checked(settings: Settings, state: State, batch: Samples) -> Samples:
                 f"a batch lacks {name} at some samples, over which damping is learned; leave such samples out"
             )
     return Samples(batch.time, batch.yaw_rate, batch.damping, {name: batch.channels[name] for name in settings.others})
+
+
+def _mean_error(served: Array, batch: Samples) -> float:
+    return float(np.abs(served - batch.damping).sum()) / len(batch)

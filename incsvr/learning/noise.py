@@ -43,11 +43,6 @@ class Spread:
     variance: tuple[float, ...] = (1.0,) * KNOT_COUNT
     seen: tuple[float, ...] = (PRIOR_SAMPLES,) * KNOT_COUNT  # (KNOT_COUNT,) samples that each stands for
 
-    @staticmethod
-    def start(rate_range: tuple[float, float]) -> Spread:
-        """Before the first sample, for a vehicle of this range [rad/s]."""
-        return Spread(max(abs(end) for end in rate_range))
-
     @property
     def possible(self) -> bool:
         """Whether every number is one that learning can have led to."""
@@ -95,7 +90,7 @@ class Noise:
     @staticmethod
     def start(rate_range: tuple[float, float]) -> Noise:
         """Before the first batch, for a vehicle of this range [rad/s]."""
-        return Noise(Spread.start(rate_range))
+        return Noise(Spread(max(abs(end) for end in rate_range)))
 
     @property
     def sigma(self) -> float:

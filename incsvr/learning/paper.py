@@ -104,7 +104,6 @@ def learn(
         memory = Memory(vectors.time, vectors.yaw_rate, vectors.damping, stays, noise, weight[left])
     return memory, Iteration(
         number=number,
-        time_span=(float(batch.time[0]), float(batch.time[-1])),
         trained=len(new) > 0,
         old=old,
         new=new,

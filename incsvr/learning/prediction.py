@@ -47,16 +47,17 @@ class Continuation:
         alone the two terms cannot be told apart.
         """
         fastest, largest = float(np.abs(rate).max()) or 1.0, float(np.abs(damping).max()) or 1.0
-        unit = np.array((1.0 / fastest, 1.0 / fastest**2))
-        terms = unit[:, None] * _drag(rate)
-        normal = (terms * precision) @ terms.T + np.eye(2) / largest**2
-        pull = (terms * precision) @ damping
-        covariance = np.linalg.pinv(normal, rcond=1e-14, hermitian=True)
+        terms = _drag(rate)
+        weighted = terms * precision
+        (a, b), (_, c) = (weighted @ terms.T).tolist()
+        a, c = a + (fastest / largest) ** 2, c + (fastest**2 / largest) ** 2
+        covariance = np.array(((c, -b), (-b, a))) / max(a * c - b * b, 1e-14 * a * c)
+        pull = weighted @ damping
         drag = covariance @ pull
         if drag.min() < 0.0:  # one of the two alone
-            alone = np.maximum(pull / np.diag(normal), 0.0)
+            alone = np.maximum(pull / np.array((a, c)), 0.0)
             drag = np.where(np.arange(2) == np.argmax(alone * pull), alone, 0.0)
-        return Continuation(unit * drag, np.multiply.outer(unit, unit) * covariance)
+        return Continuation(drag, covariance)
 
     def predict(self, rate: Array, end: Array, at_end: Array, doubt: Array) -> tuple[Array, Array, Array]:
         """Damping, its derivative and the curve's standard deviation, each (n,), at (n,) rates outside.
@@ -72,7 +73,8 @@ class Continuation:
         past_rest, inward = rate * end < 0.0, np.abs(rate) < np.abs(end)
         value = np.where(past_rest, drag, np.where(inward, share * drag, at_end + drag - drag_at_end))
         derivative = np.where(inward & ~past_rest, share * slope, slope)
-        return value, derivative, np.sqrt(doubt**2 + np.add.reduce(change * (self.covariance @ change), axis=0))
+        variance = np.add.reduce(change * (self.covariance @ change), axis=0)
+        return value, derivative, np.sqrt(doubt**2 + np.maximum(variance, 0.0))
 
 
 def _drag(rate: Array) -> Array:

@@ -107,7 +107,9 @@ class Vectors:
 
     def without(self, others: Vectors) -> Samples:
         """The vectors of which the others hold none with the same own velocity, as samples."""
-        return self.samples.take(np.isin(self.yaw_rate, others.yaw_rate, invert=True))
+        if others is self:
+            return Samples.empty()
+        return self.samples.take(~(self.yaw_rate[:, None] == others.yaw_rate).any(axis=1))
 
     @property
     def _means(self) -> Array:

@@ -119,20 +119,16 @@ def learn(
     if predicted is not None:
         # A curve tells the noise of what it has not seen, but not where it was never trained, or has moved since.
         told = known & (change is None)
-        left = np.where(told, residual, kept.damping - served.learned(kept))
+        left = residual if told.all() else np.where(told, residual, kept.damping - served.learned(kept))
         noise = noise.after(left, place, kept.yaw_rate)
-    nothing = batch.take(slice(0, 0))
     return Memory(vectors, noise, fastest[1:], watch), Iteration(
         number=number,
-        time_span=(float(batch.time[0]), float(batch.time[-1])),
         trained=True,
         old=memory.served,
         new=kept,
         support=vectors.samples,
         forgotten=included.without(vectors),
-        discarded_tube=nothing,
-        discarded_near=nothing,
-        outliers=batch.take(wild) if len(kept) < len(batch) else nothing,
+        outliers=batch.take(wild),
         model=served,
         change=change,
     )
