@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 
 import incsvr
 from incsvr.errors import BadInput
-from incsvr.learning.fit_pictures import FitPictures
+from incsvr.forecasting.over_recordings import FitPictures
 from incsvr.numerics import Array
 from service.bus.session import free_endpoint
 from viewer.report.drawing import AFTER, BEFORE, MEASURED, STYLE

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.learning.fit_pictures import FitPictures
+from incsvr.forecasting.over_recordings import FitPictures
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.tracing.findings import Trace

@@ -8,20 +8,18 @@ was learned from batches after which another was sound.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
-from incsvr.checks import Curve, ServedCurve, Vehicle, Verdict, check
+from incsvr.checks import MODEL_KINDS, Curve, Finding, ServedCurve, Vehicle, Verdict, check, verdict_sentences
 from incsvr.checks import State as Checks
+from incsvr.learning.freeing import as_one_curve
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.model import Model
-from incsvr.learning.several_velocities.freeing import as_one_curve
 from incsvr.numerics import Array
-from incsvr.numerics.plain import fields_from_plain, fields_to_plain
 from incsvr.signals.samples import Samples
 
 
@@ -32,13 +30,6 @@ class Guarded:
     learner: State  # what is learned
     checks: Checks  # what the checks remember
     before: State | None = None  # the learner before the last batch; None where there is nothing to go back to
-
-    def to_dict(self) -> dict[str, Any]:
-        return fields_to_plain(self)
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Guarded:
-        return fields_from_plain(Guarded, data)
 
 
 def begin(settings: Settings) -> Guarded:
@@ -93,7 +84,7 @@ def _taken_back(number: int, before: State, batch: Samples, verdict: Verdict) ->
     stamps = np.full(model.support_rate.size, batch.time[0])
     support = Samples(stamps, model.support_rate, model.support_damping, model.others_at_support)
     return replace(
-        Iteration.untrained(number, model, support),
+        Iteration(number, False, model, support, support),
         time_span=verdict.span,
         change=f"the batch before is withdrawn: {verdict.findings[0].sentence}",
     )
@@ -112,3 +103,45 @@ def curve(model: Model) -> Callable[[Array], Curve] | None:
 def _served(model: Model, rate: Array) -> ServedCurve:
     said = model.predict(rate)
     return ServedCurve(said.damping, said.doubt, ~said.extrapolated)
+
+
+@dataclass(frozen=True, slots=True)
+class Sensors:
+    """The verdict on the sensors of one recording."""
+
+    remarks: tuple[str, ...]  # a sentence for each thing that a sensor or a clock does wrong
+    # a sentence for each thing by which the motion differs from what was learned until then; it may be the vehicle's,
+    # a sensor's, or what a tracer looks for
+    of_the_model: tuple[str, ...]
+    refusal: Finding | None  # after which nothing is to be concluded from the recording; None where something is
+    heading_reversed: bool  # the heading counts in the other direction than the yaw rate
+
+
+def examine(samples: Samples, settings: Settings, vehicle: Vehicle, coupled: bool = False) -> Sensors:
+    """Follows the checks over the samples of one recording, for the tracer; what is learned on the way is forgotten.
+
+    A stuck yaw rate and a wrong sign leave nothing right that a recording says of the vehicle. A torque that stands
+    still is not among them: a moment that nobody declared may turn a vehicle whose torque is held.
+
+    Args:
+        coupled: whether velocities were recorded whose product may drive the vehicle: a Coriolis force or a Munk moment
+            does so without its thrust, which looks like a wrong sign, and on while a rudder keeps its angle.
+    """
+    verdicts = [verdict for verdict, _ in follow(settings, vehicle, samples, rest=True)]
+    refused = {"yaw_rate stuck"} if coupled else {"yaw_rate stuck", "sign"}
+    of_the_model = MODEL_KINDS | {"sign", "torque stuck"} if coupled else MODEL_KINDS
+    impossible = [finding for verdict in verdicts for finding in verdict.findings if finding.kind in refused]
+    turned = sum(any(finding.kind == "heading reversed" for finding in verdict.findings) for verdict in verdicts)
+    return Sensors(
+        tuple(_only(verdicts, lambda finding: finding.kind not in of_the_model)),
+        tuple(_only(verdicts, lambda finding: finding.kind in of_the_model)),
+        impossible[0] if impossible else None,
+        turned > 0.5 * len(verdicts),  # a compass is mounted for good
+    )
+
+
+def _only(verdicts: Sequence[Verdict], wanted: Callable[[Finding], bool]) -> list[str]:
+    """The sentences of some findings; nothing is put aside."""
+    return verdict_sentences(
+        replace(verdict, findings=tuple(filter(wanted, verdict.findings)), learn=True) for verdict in verdicts
+    )

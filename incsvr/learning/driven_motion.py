@@ -20,13 +20,14 @@ Nothing is known of the vehicle here but Eq. 5, and a batch needs the last sampl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from incsvr.learning.criteria import Mask
-from incsvr.learning.windows import windows
+from incsvr.learning.noise import Mask
 from incsvr.numerics import Array, independent_share
 from incsvr.signals.samples import Samples
 
@@ -58,12 +59,8 @@ TAMING_ROUNDS = 3
 class Recent:
     """The last samples of earlier batches for the next one, fewer than WINDOW_SAMPLES."""
 
-    yaw_rate: Array  # (n,) [rad/s]
-    damping: Array  # (n,) [N m]
-
-    @staticmethod
-    def empty() -> Recent:
-        return Recent(np.empty(0), np.empty(0))
+    yaw_rate: Array = field(default_factory=lambda: np.empty(0))  # (n,) [rad/s]
+    damping: Array = field(default_factory=lambda: np.empty(0))  # (n,) [N m]
 
 
 class Sifted(NamedTuple):
@@ -142,3 +139,19 @@ def _tamed(moments: Array, line: Array) -> Array:
     limit = np.partition(np.abs(error), -2, axis=1)[:, -2:-1]
     clipped = np.minimum(np.maximum(error, -limit), limit)
     return np.asarray(line + clipped)
+
+
+def windows(streams: Array, count: int) -> Array:
+    """(…, n, count) the window of each of (…, n) samples, centred on it but at the ends, where it stays within them.
+
+    Example:
+        >>> windows(np.array([1.0, 2.0, 3.0, 4.0]), 3).tolist()
+        [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [2.0, 3.0, 4.0], [2.0, 3.0, 4.0]]
+    """
+    return np.asarray(streams.take(_places(streams.shape[-1], count), axis=-1))
+
+
+@lru_cache(maxsize=16)
+def _places(n: int, count: int) -> NDArray[np.intp]:
+    first = np.minimum(np.maximum(np.arange(n) - count // 2, 0), n - count)
+    return np.asarray(first[:, None] + np.arange(count))

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.learning.criteria import Mask
 from incsvr.learning.driven_motion import WINDOW_SAMPLES
+from incsvr.learning.noise import Mask
 from incsvr.numerics import independent_share
 from incsvr.signals.samples import Samples
 

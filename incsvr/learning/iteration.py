@@ -10,12 +10,16 @@ from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from incsvr.signals.samples import Samples
 
+_NONE = Samples.empty()
+PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
+"""The range for which the paper's settings were tuned [rad/s], [N m]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Settings:
     """The settings of the learner. The numbers are the paper's: γ, C, ε as tuned in Section IV-B, the rest from III-C.
 
-    The policy is not: "weighted" (policies/weighted.py) averages noise, and comes nearer to the truth in every scenario
+    The policy is not: "weighted" (weighted.py) averages noise, and comes nearer to the truth in every scenario
     of `python -m benchmarks.paper`.
     """
 
@@ -54,41 +58,43 @@ class Settings:
             raise BadInput(f'the learner has no solver "{self.solver}"; choose "exact" or "passes"')
 
 
+def scaled_to(fastest: float, damping: float, /, **chosen: object) -> Settings:
+    """The paper's settings, where lengths in velocity and in damping are scaled to what the vehicle reaches.
+
+    Args:
+        fastest: the largest velocity [rad/s], [m/s].
+        damping: the largest damping [N m], [N].
+        chosen: settings that are not scaled.
+    """
+    rate, torque, paper = fastest / PAPER_RATE, damping / PAPER_TORQUE, Settings()
+    scaled = {
+        "gamma": paper.gamma / rate**2,
+        "C": paper.C * torque,
+        "epsilon": paper.epsilon * torque,
+        "near_rate": paper.near_rate * rate,
+        "near_damping": paper.near_damping * torque,
+        "rate_range": (paper.rate_range[0] * rate, paper.rate_range[1] * rate),
+    }
+    return Settings(**{**scaled, **chosen})  # type: ignore[arg-type]
+
+
 @dataclass(frozen=True, slots=True)
 class Iteration:
     """One iteration of Fig. 3 and all that Fig. 5–6 draw of it."""
 
     number: int  # counts from 1
-    time_span: tuple[float, float]  # time of the batch's first and last sample [s]
     trained: bool  # False where nothing of the batch was learned: then the model is the one before
-    old: Samples  # vectors kept from before that were trained on
-    new: Samples  # samples of the batch that were trained on
-    support: Samples  # the vectors of the served model
-    forgotten: Samples  # vectors that the forgetting took away
-    discarded_tube: Samples  # samples of the batch that told nothing new: inside the tube, beside a vector
-    discarded_near: Samples
-    outliers: Samples  # what the outlier criterion took away
     model: Model  # what is served from now on
+    old: Samples  # vectors kept from before that were trained on
+    support: Samples  # the vectors of the served model
+    new: Samples = _NONE  # samples of the batch that were trained on
+    forgotten: Samples = _NONE  # vectors that the forgetting took away
+    discarded_tube: Samples = _NONE  # samples of the batch that told nothing new: inside the tube, beside a vector
+    discarded_near: Samples = _NONE
+    outliers: Samples = _NONE  # what the outlier criterion took away
+    # samples of the batch that are no evidence about damping, because the torque did not make their motion
+    undriven: Samples = _NONE
+    time_span: tuple[float, float] = (0.0, 0.0)  # time of the batch's first and last sample [s]
     # mean error of the batch under the curve that was served before it [N m]; None before one was
     progressive_mae: float | None = None
-    # samples of the batch that are no evidence about damping, because the torque did not make their motion
-    undriven: Samples = field(default_factory=Samples.empty)
     change: str | None = None  # a sentence when the policy noticed that the vehicle has changed, or took that back
-
-    @staticmethod
-    def untrained(number: int, model: Model, support: Samples) -> Iteration:
-        """The iteration of a batch that leaves the model and its vectors as they were."""
-        nothing = Samples.empty()
-        return Iteration(
-            number=number,
-            time_span=(0.0, 0.0),
-            trained=False,
-            old=support,
-            new=nothing,
-            support=support,
-            forgotten=nothing,
-            discarded_tube=nothing,
-            discarded_near=nothing,
-            outliers=nothing,
-            model=model,
-        )

@@ -14,31 +14,29 @@ written to a file and read back in between.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.learning.criteria import Mask
-from incsvr.learning.disagreement import Disagreement
+from incsvr.learning import paper, weighted
 from incsvr.learning.driven_motion import Recent, sift
 from incsvr.learning.dual import MAX_INPUT_NORM
 from incsvr.learning.excitation import Water
+from incsvr.learning.freeing import by_itself
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
-from incsvr.learning.plain_samples import columns_to_dict, others_to_dict, samples_from_dict
-from incsvr.learning.policies import paper, weighted
-from incsvr.learning.several_velocities.freeing import by_itself
-from incsvr.numerics.plain import from_plain, to_plain
+from incsvr.learning.noise import Mask
+from incsvr.numerics import Array
+from incsvr.numerics.plain import fields_from_plain, fields_to_plain, from_plain
 from incsvr.signals.samples import Samples
 
 __all__ = ["Iteration", "Settings", "State", "start", "step"]
 
 STATE_FORM = 3
 """Number of the form of the plain data; a state of another form is refused."""
-Memory = paper.Memory | weighted.Memory
 BATCH_PARTS = 5
 """Parts of a batch of which a policy learns from one at least: from fewer samples no noise can be told."""
 
@@ -47,28 +45,20 @@ BATCH_PARTS = 5
 class Waiting:
     """Samples that the torque made and that no policy has learned from yet."""
 
-    samples: Samples  # (n,) of them
+    time: Array = field(default_factory=lambda: np.empty(0))  # (n,) [s]
+    yaw_rate: Array = field(default_factory=lambda: np.empty(0))  # (n,) [rad/s]
+    damping: Array = field(default_factory=lambda: np.empty(0))  # (n,) [N m]
     # (n,) where each stands in the stream, counted from the first sample of the next batch: negative
-    place: NDArray[np.intp]
+    place: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    others: Mapping[str, Array] = field(default_factory=dict)  # (n,) of each further velocity
 
-    @staticmethod
-    def empty() -> Waiting:
-        return Waiting(Samples.empty(), np.empty(0, dtype=np.intp))
-
-    def with_batch(self, samples: Samples, driven: Mask) -> Waiting:
-        """These, and the driven ones of a batch of (m,) samples; counted from the first of this batch."""
+    def with_batch(self, batch: Samples, driven: Mask) -> tuple[Samples, NDArray[np.intp]]:
+        """These and the driven ones of a batch of (m,) samples, and their places from the first of this batch on."""
         place = np.flatnonzero(driven)
-        if place.size == len(samples) and not len(self.samples):  # as most often
-            return Waiting(samples, place)
-        place = np.concatenate((self.place, place))
-        return Waiting(Samples.concatenate((self.samples, samples.take(driven))), place)
-
-    def to_dict(self) -> dict[str, Any]:
-        return {**columns_to_dict(self.samples), "place": self.place.tolist(), **others_to_dict(self.samples)}
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Waiting:
-        return Waiting(samples_from_dict(data), np.array(data["place"], dtype=np.intp))
+        if not self.time.size:
+            return (batch if place.size == len(batch) else batch.take(place)), place
+        known = Samples(self.time, self.yaw_rate, self.damping, self.others)
+        return Samples.concatenate((known, batch.take(place))), np.concatenate((self.place, place))
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,32 +68,21 @@ class State:
     iterations: int  # how many have been done
     model: Model  # what is served
     policy: str  # whose memory it is
-    memory: Memory  # what the policy carries over
-    recent: Recent  # the last samples, for telling what the torque makes
-    waiting: Waiting  # samples that the torque made, fewer than the policy learns from
-    water: Water  # the motion that was no evidence
-    disagreement: Disagreement  # of fresh samples with what was served
+    memory: Any  # what the policy carries over, its `Memory`
+    recent: Recent = field(default_factory=Recent)  # the last samples, for telling what the torque makes
+    waiting: Waiting = field(default_factory=Waiting)  # samples that the torque made, fewer than the policy learns from
+    water: Water = field(default_factory=Water)  # the motion that was no evidence
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for a file: numbers, strings, lists, dictionaries; exact to the bit through JSON."""
-        fields = ("iterations", "model", "policy", "memory", "recent", "waiting", "water", "disagreement")
-        return {"form": STATE_FORM, **{name: to_plain(getattr(self, name)) for name in fields}}
+        return {"form": STATE_FORM, **fields_to_plain(self)}
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> State:
         if data.get("form") != STATE_FORM or data.get("policy") not in _POLICIES:
             raise BadInput("this is not a learner's state of this version; start from an empty state directory")
-        policy = data["policy"]
-        return State(
-            data["iterations"],
-            from_plain(Model, data["model"]),
-            policy,
-            from_plain(_POLICIES[policy].Memory, data["memory"]),
-            from_plain(Recent, data["recent"]),
-            from_plain(Waiting, data["waiting"]),
-            from_plain(Water, data["water"]),
-            from_plain(Disagreement, data["disagreement"]),
-        )
+        memory = from_plain(_POLICIES[data["policy"]].Memory, data["memory"])
+        return fields_from_plain(State, {**data, "memory": memory})
 
 
 _POLICIES: dict[str, Any] = {"paper": paper, "weighted": weighted}
@@ -112,8 +91,7 @@ _POLICIES: dict[str, Any] = {"paper": paper, "weighted": weighted}
 def start(settings: Settings) -> State:
     """The state before the first iteration: nothing learned."""
     model = Model.untrained(settings.gamma, settings.C, settings.epsilon)
-    memory = _POLICIES[settings.policy].start(settings)
-    return State(0, model, settings.policy, memory, Recent.empty(), Waiting.empty(), Water(), Disagreement())
+    return State(0, model, settings.policy, _POLICIES[settings.policy].start(settings))
 
 
 def under_policy(settings: Settings, state: State) -> State:
@@ -147,44 +125,28 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
     alone = by_itself(settings, fastest_others, served, batch, state.memory.noise)
     driven, rate, recent = sift(alone, state.recent)
     at = batch if rate is batch.yaw_rate else replace(batch, yaw_rate=rate)
-    waiting = state.waiting.with_batch(at, driven)
-    water, disagreement = state.water.after(alone, driven), state.disagreement
-    samples = waiting.samples
-    said = before.at(batch) if before.is_trained else None
+    samples, place = state.waiting.with_batch(at, driven)
+    water, waiting = state.water.after(alone, driven), Waiting()
+    learned = before.learned(batch) if before.is_trained else None
     if len(samples) and BATCH_PARTS * len(samples) >= min(settings.batch, len(batch)):
-        predicted = before.learned(samples) if before.is_trained else None
-        if said is not None:
-            # Most often the samples are the batch: then it has been asked.
-            alike = samples is batch or (
-                np.array_equal(samples.time, batch.time) and np.array_equal(samples.yaw_rate, batch.yaw_rate)
-            )
-            of_samples = said if alike else before.at(samples)
-            disagreement = disagreement.after(before, samples, of_samples, max(abs(end) for end in settings.rate_range))
+        predicted = learned if samples is batch or learned is None else before.learned(samples)
         policy = _POLICIES[settings.policy]
-        memory, iteration = policy.learn(settings, number, state.memory, before, samples, predicted, waiting.place)
-        waiting = Waiting.empty()
-    else:
-        memory, iteration = state.memory, Iteration.untrained(number, before, served)
-        waiting = Waiting(samples, waiting.place - len(batch))
-    model = iteration.model
-    if model is not before:
+        memory, iteration = policy.learn(settings, number, state.memory, before, samples, predicted, place)
         noise = memory.noise
-        model = replace(
-            model,
-            sigma=noise.sigma,
-            correlation=noise.correlation,
-            spread=noise.spread,
-            water=water,
-            widening=disagreement.widening,
-        )
+        model = iteration.model
+        if model is not before:
+            model = replace(model, sigma=noise.sigma, correlation=noise.correlation, spread=noise.spread, water=water)
+    else:
+        memory, model, iteration = state.memory, before, Iteration(number, False, before, served, served)
+        waiting = Waiting(samples.time, samples.yaw_rate, samples.damping, place - len(batch), samples.channels)
     iteration = replace(
         iteration,
         model=model,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
         undriven=batch.take(slice(0, 0) if driven.all() else ~driven),
-        progressive_mae=None if said is None else float(np.abs(said.damping - batch.damping).sum()) / len(batch),
+        progressive_mae=None if learned is None else _mean_error(before.served(batch, learned), batch),
     )
-    return State(number, model, state.policy, memory, recent, waiting, water, disagreement), iteration
+    return State(number, model, state.policy, memory, recent, waiting, water), iteration
 
 
 def _checked(settings: Settings, state: State, batch: Samples) -> Samples:
@@ -214,3 +176,7 @@ def _checked(settings: Settings, state: State, batch: Samples) -> Samples:
                 f"a batch lacks {name} at some samples, over which damping is learned; leave such samples out"
             )
     return Samples(batch.time, batch.yaw_rate, batch.damping, {name: batch.channels[name] for name in settings.others})
+
+
+def _mean_error(served: Array, batch: Samples) -> float:
+    return float(np.abs(served - batch.damping).sum()) / len(batch)

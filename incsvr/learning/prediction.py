@@ -1,26 +1,13 @@
-"""Answers from a model over one velocity: damping, how sure it is, and whether it was learned there."""
+"""The answer of a model at some rates, and how a curve goes on beyond those that it has learned."""
 
 from __future__ import annotations
 
-from bisect import bisect
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from math import exp, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.errors import BadInput
-from incsvr.learning.columns import Pivots, Series
-from incsvr.learning.continuation import Continuation
-from incsvr.learning.doubt import NOISE_SHARE, Doubt, variance_of
-from incsvr.learning.kernel import rbf
-from incsvr.learning.support import Support
-from incsvr.numerics import Array, lapack
-
-MAX_GAP_LENGTHS = 0.5
-"""Distance from the nearest vector beyond which a rate between vectors is not learned either, in lengths 1/√γ."""
+from incsvr.numerics import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,134 +26,57 @@ class Prediction:
         return np.asarray(np.sqrt(np.maximum(self.sigma**2 - self.noise**2, 0.0)))
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """A model over one velocity made ready for questions: products with the kernel's columns φ."""
+@dataclass(frozen=True, slots=True)
+class Continuation:
+    """Damping beyond the learned rates of one velocity, where the sum of kernels would fall to zero: a lie about drag.
 
-    model: Support  # the model
-    low: float  # the learned range [rad/s]
-    high: float
-    columns: Series | Pivots  # of the kernel
-    phi: Array  # (rank, m) φ at the vectors
-    scale: float  # the largest damping of the vectors [N m]; never zero
-    variance: Array  # (m,) of the vectors [N² m²]
-    doubt: Doubt  # of the curve
+    Linear and quadratic drag D(r) = l r + q r|r| with l, q ≥ 0, fitted to the learned curve and tied to its ends.
+    Outward from an end e of the learned range the curve goes on as f(e) + D(r) − D(e): continuous, growing, and
+    dissipative wherever f(e) is. Where rest lies outside the range it returns to zero at rest as f(e) D(r)/D(e), and
+    beyond rest, on the side that nobody has seen, it is D(r).
+    """
+
+    drag: Array  # (2,) l [N m s/rad] and q [N m s²/rad²]
+    covariance: Array  # (2, 2) of both
 
     @staticmethod
-    def of(model: Support) -> Curve:
-        x, count = model.support_rate, model.count
-        low, high = float(x.min()), float(x.max())
-        columns: Series | Pivots | None = Series.over(low, high, model.gamma)
-        if columns is not None:
-            phi = columns.at(x)
-        else:
-            columns, phi = Pivots.of(x, model.gamma, vanishing=False)
-        scale = max(float(np.abs(model.support_damping).max()), 1e-9)
-        variance = variance_of(model.sigma * model.spread.at(x), count, model.correlation, scale)
-        learned = float(count @ x**2) / float(count.sum())
-        doubt = Doubt.of(scale * phi, variance, learned, model.sigma, model.spread, model.water, model.widening)
-        return Curve(model, low, high, columns, phi, scale, variance, doubt)
+    def fit(rate: Array, damping: Array, precision: Array) -> Continuation:
+        """l and q ≥ 0 by weighted least squares on (n,) points of the curve, with `precision` 1/variance [1/(N m)²].
 
-    @cached_property
-    def weights(self) -> Array:
-        """(2, rank) w = Φθ, f = wᵀφ, and the weights of the slope, f' = w'ᵀφ − 2γ(x − centre) f, of a series."""
-        w = np.zeros((2, self.phi.shape[0]))
-        w[0] = self.phi.dot(self.model.weight)
-        w[1, :-1] = np.sqrt(2.0 * self.model.gamma * np.arange(1.0, w.shape[1])) * w[0, 1:]
-        return w
-
-    @property
-    def at_vectors(self) -> Array:
-        """(m,) f at the vectors [N m]."""
-        return np.asarray(self.weights[0].dot(self.phi))
-
-    def predict(self, rate: Array) -> Prediction:
-        """The prediction at (n,) rates [rad/s]."""
-        if rate.size == 1 and self.low <= (one := float(rate[0])) <= self.high:
-            return Prediction(*(np.array((value,)) for value in self.one(one)))
-        inside = np.minimum(np.maximum(rate, self.low), self.high)
-        outside = inside != rate
-        beyond = bool(outside.any())
-        if beyond and not np.isfinite(rate).all():
-            raise BadInput("a rate is not finite; give numbers in rad/s")
-        damping, derivative, doubt = self._within(inside)
-        if beyond:
-            ends = (values[outside] for values in (rate, inside, damping, doubt))
-            damping[outside], derivative[outside], doubt[outside] = self._beyond.predict(*ends)
-        if self._gaps:
-            ordered, edges, reach = self._gaps
-            outside |= np.abs(inside - ordered[edges.searchsorted(inside)]) > reach
-        noise = self.doubt.noise(rate)
-        return Prediction(damping, np.hypot(noise, doubt), outside, noise, derivative)
-
-    def _within(self, x: Array) -> tuple[Array, Array, Array]:
-        """(n,) damping, derivative and doubt at (n,) learned rates."""
-        model, phi = self.model, self.columns.at(x)
-        if isinstance(self.columns, Series):
-            f, slope = self.weights.dot(phi)
-            derivative = slope - 2.0 * model.gamma * (x - self.columns.centre) * f
-            return f, derivative, self.doubt.at(x, self.scale * phi)
-        kernel = rbf(x, model.support_rate, model.gamma)
-        f = kernel @ model.weight
-        derivative = 2.0 * model.gamma * (kernel @ (model.weight * model.support_rate) - x * f)
-        left = self.scale**2 * np.maximum(1.0 - np.add.reduce(phi * phi, axis=0), 0.0)
-        return f, derivative, self.doubt.at(x, self.scale * phi, left)
-
-    @cached_property
-    def _gaps(self) -> tuple[Array, Array, float] | None:
-        """The vectors' rates in order, the middles between them, and how far from them is learned [rad/s]; None where
-        every rate within the range is near one."""
-        ordered, reach = np.sort(self.model.support_rate), MAX_GAP_LENGTHS / sqrt(self.model.gamma)
-        edges = 0.5 * (ordered[1:] + ordered[:-1])
-        return (ordered, edges, reach) if (np.diff(ordered) > 2.0 * reach).any() else None
-
-    @cached_property
-    def _beyond(self) -> Continuation:
-        return Continuation.fit(self.model.support_rate, self.at_vectors, 1.0 / self.variance)
-
-    @cached_property
-    def one(self) -> Callable[[float], tuple[float, float, bool, float, float]]:
-        """Damping, sigma, extrapolated, noise and derivative at one learned rate [rad/s], as plain numbers.
-
-        Questions for one rate are frequent, and the calls of NumPy cost ten times its arithmetic: on a series all three
-        sums are polynomials of u = x − centre times exp(−γu²), or its square.
+        A wide prior (either term alone may reach the largest moment) decides what the points leave open: at one rate
+        alone the two terms cannot be told apart.
         """
-        columns, doubt = self.columns, self.doubt
-        if not isinstance(columns, Series):
+        fastest, largest = float(np.abs(rate).max()) or 1.0, float(np.abs(damping).max()) or 1.0
+        terms = _drag(rate)
+        weighted = terms * precision
+        (a, b), (_, c) = (weighted @ terms.T).tolist()
+        a, c = a + (fastest / largest) ** 2, c + (fastest**2 / largest) ** 2
+        covariance = np.array(((c, -b), (-b, a))) / max(a * c - b * b, 1e-14 * a * c)
+        pull = weighted @ damping
+        drag = covariance @ pull
+        if drag.min() < 0.0:  # one of the two alone
+            alone = np.maximum(pull / np.array((a, c)), 0.0)
+            drag = np.where(np.arange(2) == np.argmax(alone * pull), alone, 0.0)
+        return Continuation(drag, covariance)
 
-            def by_columns(rate: float) -> tuple[float, float, bool, float, float]:
-                found = self.predict(np.array((rate, rate)))
-                return (
-                    *(float(found.damping[0]), float(found.sigma[0]), bool(found.extrapolated[0])),
-                    *(float(found.noise[0]), float(found.derivative[0])),
-                )
+    def predict(self, rate: Array, end: Array, at_end: Array, doubt: Array) -> tuple[Array, Array, Array]:
+        """Damping, its derivative and the curve's standard deviation, each (n,), at (n,) rates outside.
 
-            return by_columns
-        gamma, centre, powers = columns.gamma, columns.centre, np.cumprod(np.append(1.0, columns.factors))
-        rank = powers.size
-        inverse = lapack.dpotrs(doubt.factor, np.eye(rank))[0] * np.multiply.outer(powers, powers) * self.scale**2
-        degrees = np.add.outer(np.arange(rank), np.arange(rank)).ravel()
-        variances = np.bincount(degrees, inverse.ravel())[::-1].tolist()
-        curve = list(zip(*(self.weights * powers)[:, ::-1].tolist(), strict=True))
-        constant, slope_by_water, widening = doubt.systematic**2, doubt.slope, doubt.widening
-        level, (knots, fastest) = NOISE_SHARE * doubt.sigma, (doubt.spread.variance, doubt.spread.fastest)
-        last, gaps = len(knots) - 1, self._gaps
-        ordered, edges, reach = ([], [], 0.0) if gaps is None else (gaps[0].tolist(), gaps[1].tolist(), gaps[2])
+        Args:
+            end: (n,) the end of the learned range that is nearest to each [rad/s].
+            at_end, doubt: (n,) f there and its standard deviation [N m].
+        """
+        change = _drag(rate) - _drag(end)
+        drag, drag_at_end = self.drag @ _drag(rate), self.drag @ _drag(end)
+        slope = self.drag[0] + 2.0 * self.drag[1] * np.abs(rate)
+        share = np.divide(at_end, drag_at_end, out=np.zeros(rate.size), where=drag_at_end != 0.0)
+        past_rest, inward = rate * end < 0.0, np.abs(rate) < np.abs(end)
+        value = np.where(past_rest, drag, np.where(inward, share * drag, at_end + drag - drag_at_end))
+        derivative = np.where(inward & ~past_rest, share * slope, slope)
+        variance = np.add.reduce(change * (self.covariance @ change), axis=0)
+        return value, derivative, np.sqrt(doubt**2 + np.maximum(variance, 0.0))
 
-        def at(rate: float) -> tuple[float, float, bool, float, float]:
-            u = rate - centre
-            kernel = exp(-gamma * u * u)
-            f = slope = variance = 0.0
-            for of_f, of_slope in curve:
-                f, slope = f * u + of_f, slope * u + of_slope
-            for each in variances:
-                variance = variance * u + each
-            f, slope, variance = f * kernel, slope * kernel, variance * kernel * kernel
-            far = bool(ordered) and abs(rate - ordered[bisect(edges, rate)]) > reach
-            place = min(abs(rate) / fastest, 1.0) * last
-            knot = min(int(place), last - 1)
-            noise = level * sqrt(knots[knot] + (place - knot) * (knots[knot + 1] - knots[knot]))
-            own = widening * sqrt(max(variance, 0.0) + constant + (slope_by_water * rate) ** 2)
-            return f, sqrt(noise * noise + own * own), far, noise, slope - 2.0 * gamma * u * f
 
-        return at
+def _drag(rate: Array) -> Array:
+    """(2, n) linear and quadratic drag of (n,) rates."""
+    return np.stack((rate, rate * np.abs(rate)))

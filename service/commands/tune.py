@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.learning.iteration import PAPER_RATE, PAPER_TORQUE
 from incsvr.learning.learner import Settings
-from incsvr.learning.scaling import PAPER_RATE, PAPER_TORQUE
 from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
 from incsvr.signals.samples import Samples
 from service.cli.output import add_json_argument, emit, refuse_replacing

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.learning.scaling import scaled_to
+from incsvr.learning.iteration import scaled_to
 from incsvr.numerics import Array
 from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES

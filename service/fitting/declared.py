@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.learning.free_run import motions
+from incsvr.forecasting.over_recordings import motions
 from incsvr.model.inertia import InertiaEstimate, estimate_inertia
 from incsvr.plant.axes import Axis
 from incsvr.plant.body import Coupled

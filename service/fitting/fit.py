@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.checks import verdict_sentences as in_sentences
+from incsvr.forecasting.over_recordings import FitPictures, FreeRunErrors, rmse
 from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS, Interval, coefficients, negative_drag
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_answers
-from incsvr.learning.fit_pictures import FitPictures
-from incsvr.learning.free_run import FreeRunErrors, rmse
 from incsvr.learning.model import Model
 from incsvr.learning.prediction import Prediction
 from incsvr.learning.score import Residual, Score

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
+from incsvr.learning.iteration import scaled_to
 from incsvr.learning.model import Model
 from incsvr.learning.prediction import Prediction
-from incsvr.learning.scaling import scaled_to
 from incsvr.numerics import Array
 from service.config.configuration import Config, check_inertia
 from service.config.traced_effects import configured_effects

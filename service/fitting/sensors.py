@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.checks import Vehicle
 from incsvr.checks.resolution import resolution_fault
 from incsvr.errors import BadInput
-from incsvr.learning.sensors import Sensors, examine
+from incsvr.learning.checked_learner import Sensors, examine
 from incsvr.plant.axes import YAW, products
 from incsvr.plant.words import words_of
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise

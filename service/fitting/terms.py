@@ -10,9 +10,9 @@ from incsvr.checks import Vehicle, Verdict
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.traced_motion import traced_free_run_errors
 from incsvr.errors import BadInput
+from incsvr.forecasting.over_recordings import FreeRun, free_runs, motions, rmse
 from incsvr.learning import checked_learner
 from incsvr.learning.checked_learner import Guarded
-from incsvr.learning.free_run import FreeRun, free_runs, motions, rmse
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from incsvr.checks import State as Checks
 from incsvr.errors import BadInput
 from incsvr.learning.driven_motion import Recent
+from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import AXES
 from service.cli.output import refuse_unwritable, writing
 from service.config.configuration import Config, validate
@@ -170,11 +171,11 @@ def _differences(before: Config, after: Config, to: Destination) -> dict[Place, 
 def _leave_state(directory: Path, config: Config, fit: Fit) -> Path:
     """Leaves what was learned as revision 1 of a learner whose clock begins with the first stamp of the bus."""
     effects = configured_effects(config)
-    learner = replace(fit.training.guarded.learner, recent=Recent.empty())
+    learner = replace(fit.training.guarded.learner, recent=Recent())
     known = fit.training.guarded.checks
     checks = Checks(learned=known.learned, rates=known.rates)  # the bus may have streams of other rates
     memory = {
-        **replace(fit.training.guarded, learner=learner, checks=checks, before=None).to_dict(),
+        **to_plain(replace(fit.training.guarded, learner=learner, checks=checks, before=None)),
         "revision": 1,
         "covered": [None] * config.learner_settings().bins,
         "t": None,

@@ -21,6 +21,7 @@ from incsvr.learning import checked_learner as guard
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.learner import Iteration
 from incsvr.numerics import Array
+from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import AXES
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.plant.words import words_of
@@ -273,7 +274,7 @@ class LearnerNode:
     def memory(self, whole: bool = False) -> dict[str, Any]:
         """The durable memory as plain data; `whole` adds the samples on their way to the next batch."""
         known: dict[str, Any] = {
-            **self._guarded.to_dict(),
+            **to_plain(self._guarded),
             "revision": self.served.revision,
             "covered": self._covered.to_list(),
             "t": self.served.t,

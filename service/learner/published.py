@@ -88,7 +88,6 @@ def snapshot(served: ServedModel, boot: str, inertia: float) -> wire.ModelSnapsh
         correlation=model.correlation,
         water=model.water,
         spread=model.spread,
-        widening=model.widening,
         over=_over(model),
     )
 

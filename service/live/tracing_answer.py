@@ -9,8 +9,8 @@ from typing import Any
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.fresh_data import as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
+from incsvr.learning.freeing import streams_by_itself
 from incsvr.learning.model import Model
-from incsvr.learning.several_velocities.freeing import streams_by_itself
 from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled

@@ -13,9 +13,9 @@ from incsvr.checks.heading_against_rate import beside_yaw_rate
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.freeing import takes_torque
 from incsvr.errors import BadInput
+from incsvr.learning.iteration import scaled_to
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
-from incsvr.learning.scaling import scaled_to
 from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, stream_of
 from incsvr.plant.axis_words import in_words_of

@@ -18,6 +18,7 @@ from incsvr.learning.driven_motion import WINDOW_SAMPLES, Recent
 from incsvr.learning.learner import Settings, State
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
+from incsvr.numerics.plain import from_plain, to_plain
 from incsvr.signals.samples import Samples
 
 MAX_COUNT = 2**53
@@ -55,7 +56,7 @@ def restore(memory: Mapping[str, Any] | None, settings: Settings) -> RestoredMem
     """
     if memory is None:
         return RestoredMemory(guard.begin(settings), np.full(settings.bins, -math.inf))
-    guarded = Guarded.from_dict(memory)
+    guarded = from_plain(Guarded, memory)
     policy, before = guarded.learner.policy, guarded.before
     state = learner.under_policy(settings, guarded.learner)
     guarded = replace(guarded, learner=state, before=None if before is None else learner.under_policy(settings, before))
@@ -67,9 +68,7 @@ def restore(memory: Mapping[str, Any] | None, settings: Settings) -> RestoredMem
         _check_model(guarded.before.model, settings)
     if min(astuple(state.water)) < 0.0 or state.recent.yaw_rate.size >= WINDOW_SAMPLES:
         raise BadInput("its record of what moves the vehicle is invalid")
-    if min(state.disagreement.claimed, state.disagreement.groups) < 0.0:
-        raise BadInput("its record of disagreement is invalid")
-    json.dumps(guarded.to_dict(), allow_nan=False)
+    json.dumps(to_plain(guarded), allow_nan=False)
     covered = np.array([-math.inf if t is None else float(t) for t in memory["covered"]])
     if covered.size != settings.bins or np.isnan(covered).any():
         raise BadInput("its covered rates are not those of the configured bins")
@@ -104,7 +103,7 @@ def _check_model(model: Model, settings: Settings) -> None:
         raise BadInput("its model contains a weight beyond C times its number of samples")
     if not 0.0 <= model.correlation < 1.0 or min(astuple(model.water)) < 0.0:
         raise BadInput("its model contains an invalid noise")
-    if not model.spread.possible or not 1.0 <= model.widening < math.inf:
+    if not model.spread.possible:
         raise BadInput("its model contains an invalid uncertainty")
     if model.sigma < 0.0 or not model.certified_error >= 0.0:
         raise BadInput("its model contains a negative error")
@@ -120,4 +119,4 @@ def _check_next_iteration(state: State, settings: Settings) -> None:
     if state.model.is_trained:
         two = replace(two, damping=state.model.learned(two))
     learner.step(settings, state, two)
-    learner.step(settings, replace(state, recent=Recent.empty()), two)
+    learner.step(settings, replace(state, recent=Recent()), two)

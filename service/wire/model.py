@@ -9,10 +9,10 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from incsvr.learning.drag import Several
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
-from incsvr.learning.several_velocities.several import Several
-from incsvr.learning.spread import Spread
+from incsvr.learning.noise import Spread
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from service.wire.form import Form, Numbers, WithNoise
 
@@ -84,7 +84,6 @@ class ModelSnapshot(WithNoise):
     correlation: float = 0.0  # of the noise of two samples that follow each other
     water: Water = Water()  # the motion that was no evidence about damping
     spread: Spread = Spread(1.0)  # the noise's variance as a share of noise², at rates evenly from 0 to the fastest
-    widening: float = 1.0  # of the curve's own doubt, since fresh samples disagreed
     over: OverSeveral | None = Field(default=None, exclude_if=lambda over: over is None)
 
     @property
@@ -108,7 +107,6 @@ class ModelSnapshot(WithNoise):
             correlation=self.correlation,
             water=self.water,
             spread=self.spread,
-            widening=self.widening,
             several=self._several(),
         )
 

@@ -18,7 +18,7 @@ from benchmarks.baselines import (
     RecursiveLeastSquares,
     TotalLeastSquares,
 )
-from incsvr.learning.free_run import free_run, tabulated
+from incsvr.forecasting.over_recordings import free_run, tabulated
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.learning.free_run import free_run
+from incsvr.forecasting.over_recordings import free_run
 from incsvr.numerics import Array
 from incsvr.plant import Thruster, damping_moment, thruster_torque
 from incsvr.plant.attitude import Restoring

@@ -17,6 +17,7 @@ from incsvr.learning import checked_learner
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.learner import Settings
 from incsvr.numerics import Array
+from incsvr.numerics.plain import from_plain, to_plain
 from incsvr.signals import synchronise
 from simulator import leng
 
@@ -201,11 +202,11 @@ def test_a_state_in_between_goes_on_to_the_bit() -> None:
     state = again = checked_learner.begin(SETTINGS)
     for first in range(0, len(samples) - SETTINGS.batch + 1, SETTINGS.batch):
         batch = samples.take(slice(first, first + SETTINGS.batch))
-        again = Guarded.from_dict(json.loads(json.dumps(again.to_dict())))
+        again = from_plain(Guarded, json.loads(json.dumps(to_plain(again))))
         state, verdict, _ = checked_learner.learn(SETTINGS, VEHICLE, state, batch)
         again, same, _ = checked_learner.learn(SETTINGS, VEHICLE, again, batch)
         assert verdict == same
-    assert json.dumps(state.to_dict()) == json.dumps(again.to_dict())
+    assert json.dumps(to_plain(state)) == json.dumps(to_plain(again))
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from benchmarks.learner_times import yaw_samples
 from incsvr.errors import BadInput
-from incsvr.learning import columns, dual
+from incsvr.learning import dual, kernel
 from incsvr.learning.kernel import rbf
 from incsvr.numerics import Array
 
@@ -71,12 +71,9 @@ def test_offline_sets_need_memory_in_proportion_to_their_size() -> None:
     assert peak < 200 * 8 * y.size  # 200 numbers for each sample; the kernel matrix would be 20,000
 
 
-def test_samples_with_too_little_in_common_are_refused_before_memory_grows(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    x = np.linspace(0.0, 1e6, 1500)
-    monkeypatch.setattr(columns, "MAX_COLUMNS", 50)
-    with pytest.raises(BadInput, match="lower gamma or take at most 50 samples"):
+def test_samples_with_too_little_in_common_are_refused_before_memory_grows() -> None:
+    x = np.linspace(0.0, 1e6, kernel.MAX_SAMPLES + 1)
+    with pytest.raises(BadInput, match=f"lower gamma or take at most {kernel.MAX_SAMPLES} samples"):
         dual.solve(x, np.sin(x), **PAPER)
     assert dual.solve(x[:300] * 1e-5, np.sin(x[:300]), **PAPER).certified_error < 0.01
 

@@ -138,7 +138,7 @@ def test_samples_that_wait_survive_a_restart_to_the_bit(policy: Policy) -> None:
     for batch in batches(samples(ask, 400.0, seconds=900.0, seed=6)):
         straight, expected = step(settings, straight, batch)
         resumed, found = step(settings, State.from_dict(json.loads(json.dumps(resumed.to_dict()))), batch)
-        waited |= len(straight.waiting.samples) > 0
+        waited |= straight.waiting.time.size > 0
         assert found.trained == expected.trained
         assert resumed.to_dict() == straight.to_dict() or not straight.model.is_trained
     assert waited

@@ -16,8 +16,8 @@ from incsvr.forecasting.damping_tables import TABLE_NODES, Curve
 from incsvr.forecasting.effects_ahead import EffectsAhead
 from incsvr.forecasting.experience import HORIZONS_S, UNTRIED_WIDENING
 from incsvr.forecasting.other_influences import OtherInfluences
+from incsvr.forecasting.over_recordings import free_run
 from incsvr.forecasting.propagation import propagate
-from incsvr.learning.free_run import free_run
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.model.rows import Factor

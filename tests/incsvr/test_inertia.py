@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.learning.free_run import free_run, tabulated
+from incsvr.forecasting.over_recordings import free_run, tabulated
 from incsvr.model.inertia import estimate_inertia
 from incsvr.numerics import Array, Streams
 

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Iteration, Settings, State, Waiting, start, step, under_policy
 from incsvr.learning.model import Model
-from incsvr.learning.plain_samples import columns_to_dict, others_to_dict
 from incsvr.signals.samples import Samples
 from tests.incsvr.learning import (
     HULL,
@@ -233,12 +232,14 @@ def test_a_state_of_the_paper_over_several_velocities_goes_on_under_weighted() -
     data = before.to_dict()
     memory = {name: value for name, value in data["memory"].items() if name != "weight"}
     old = samples.take(np.searchsorted(samples.time, before.memory.served.time))
-    memory |= columns_to_dict(old) | others_to_dict(old) | {"stays": [True] * len(old), "fastest": [1.0, 0.2]}
+    others = {name: values.tolist() for name, values in old.channels.items()}
+    memory |= {name: getattr(old, name).tolist() for name in ("time", "yaw_rate", "damping")}
+    memory |= {"others": others, "stays": [True] * len(old), "fastest": [1.0, 0.2]}
     after = Settings(policy="weighted", others=OTHERS)
     taken = under_policy(
         after, State.from_dict(data | {"memory": memory, "model": Model.untrained(10.0, 1e3, 0.1).to_dict()})
     )
-    state, _ = step(after, replace(taken, waiting=Waiting.empty()), samples.take(slice(100, None)))
+    state, _ = step(after, replace(taken, waiting=Waiting()), samples.take(slice(100, None)))
     assert taken.memory.served.channels.keys() == {"surge", "sway"}
     assert state.model.several is not None
     assert state.model.count.sum() > 100  # the old vectors and the new batch

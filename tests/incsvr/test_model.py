@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
+from incsvr.numerics.linear_filter import lfilter
 from tests.incsvr.learning import drag, run, stream
 
 
@@ -58,10 +60,10 @@ def test_the_doubt_is_that_of_the_gaussian_process(learned: Model) -> None:
     x, rates = learned.support_rate, np.linspace(*(learned.trained_range or (0.0, 0.0)), 50)
     scale = np.abs(learned.support_damping).max()
     noise = learned.sigma * learned.spread.at(x)
-    worth = (1.0 - learned.correlation) / (1.0 + learned.correlation) * 2.0 / np.pi
+    worth = (1.0 - learned.correlation) / (1.0 + learned.correlation) * 2.0 / np.pi / 1.7
     whole, cross = (scale**2 * rbf(each, x, learned.gamma) for each in (x, rates))
     explained = np.sum(cross * np.linalg.solve(whole + np.diag(noise**2 / (worth * learned.count)), cross.T).T, axis=1)
-    known = learned.widening * np.sqrt(scale**2 - explained + (0.3 * learned.sigma) ** 2)
+    known = np.sqrt(scale**2 - explained + (0.35 * learned.sigma * learned.spread.at(rates)) ** 2)
     assert learned.water.moment == 0.0
     np.testing.assert_allclose(learned.predict(rates).doubt, known, rtol=1e-6)
 
@@ -90,6 +92,20 @@ def test_fresh_samples_scatter_as_sigma_says() -> None:
     score = np.concatenate(scores)
     assert score.std() == pytest.approx(1.0, abs=0.08)
     assert np.mean(np.abs(score) < 1.96) == pytest.approx(0.95, abs=0.02)
+
+
+def test_the_band_of_95_percent_holds_the_truth_where_the_noise_lasts() -> None:
+    """And it is not so wide that it says nothing."""
+    rates, scores = np.linspace(-0.23, 0.23, 47), []
+    for seed in range(6):
+        quiet = stream(70 + seed, 500, sigma=0.0, wild=0.0)
+        noise = 4.0 * 0.6 * lfilter([1.0], [1.0, -0.8], np.random.default_rng(seed).normal(size=500))
+        model = run(Settings(policy="weighted"), replace(quiet, damping=quiet.damping + noise))[0].model
+        said = model.predict(rates)
+        scores.append((said.damping - drag(rates)) / said.doubt)
+    score = np.concatenate(scores)
+    assert np.mean(np.abs(score) < 1.96) >= 0.95
+    assert score.std() > 0.5
 
 
 def test_doubt_grows_where_data_are_thin() -> None:

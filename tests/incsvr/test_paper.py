@@ -7,11 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from incsvr.learning.criteria import forgetting
 from incsvr.learning.dual import solve
 from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings, State, start, step
-from incsvr.learning.policies.paper import Memory
+from incsvr.learning.paper import Memory, forgetting
 from incsvr.signals.samples import Samples
 from tests.incsvr.learning import batches, drag, rms, run, stream
 
@@ -52,7 +51,7 @@ def forget_one_by_one(rate: list[float], capacity: int, bins: int, low: float, h
     bins=st.sampled_from([1, 2, 8, 32]),
 )
 def test_forgetting_is_the_papers_one_by_one(rate: list[float], capacity: int, bins: int) -> None:
-    stays = forgetting(np.array(rate), capacity=capacity, bins=bins, rate_range=(-1.0, 1.0))
+    stays = forgetting(Settings(capacity=capacity, bins=bins, rate_range=(-1.0, 1.0)), np.array(rate))
     assert np.flatnonzero(stays).tolist() == forget_one_by_one(rate, capacity, bins, -1.0, 1.0)
 
 

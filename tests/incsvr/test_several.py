@@ -10,11 +10,10 @@ import pytest
 
 from incsvr.checks import Vehicle
 from incsvr.errors import BadInput
-from incsvr.learning import checked_learner, columns, dual
-from incsvr.learning.kernel import rbf, rbf_at_rest
+from incsvr.learning import checked_learner
+from incsvr.learning.drag import Drag, Several
+from incsvr.learning.kernel import columns, rbf, rbf_at_rest
 from incsvr.learning.learner import Iteration, Settings, State, start, step
-from incsvr.learning.several_velocities.drag import Drag
-from incsvr.learning.several_velocities.several import Several
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 from service.recordings.samples_from_recording import samples_of
@@ -47,32 +46,15 @@ def truth(samples: Samples) -> Array:
     return yaw_damping(vehicle()[0], u, v, samples.yaw_rate, with_munk=True)
 
 
-@pytest.mark.parametrize("n", [60, columns.MAX_WHOLE_SAMPLES + 40])
-def test_the_kernel_at_rest_is_the_gaussian_one_that_knows_the_origin(n: int) -> None:
-    x = 0.3 * np.random.default_rng(1).normal(size=(n, 3))
+def test_the_kernel_at_rest_is_the_gaussian_one_that_knows_the_origin() -> None:
+    x = 0.3 * np.random.default_rng(1).normal(size=(60, 3))
     whole = rbf(np.vstack((np.zeros(3), x)), np.vstack((np.zeros(3), x)), 10.0)
     known = whole[1:, 1:] - np.outer(whole[1:, 0], whole[0, 1:]) / whole[0, 0]
-    kernel = rbf_at_rest(x, x, 10.0)
-    np.testing.assert_allclose(kernel, known, atol=1e-14)
+    at_rest = rbf_at_rest(x, x, 10.0)
+    np.testing.assert_allclose(at_rest, known, atol=1e-14)
     assert not rbf_at_rest(np.zeros((1, 3)), x, 10.0).any()
-    low_rank = columns.columns(x, 10.0, vanishing=True)
-    np.testing.assert_allclose(low_rank.T @ low_rank, kernel, atol=1e-12)
-
-
-@pytest.mark.parametrize(("C", "epsilon"), [(1000.0, 0.1), (5.0, 0.1), (0.3, 2.0)])
-def test_pivots_of_the_whole_matrix_and_row_by_row_have_the_same_solution(
-    C: float, epsilon: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Where all samples end on the tube's edge, where most are on a bound, and where some are inside the tube."""
-    rng = np.random.default_rng(8)
-    x = 0.25 * rng.normal(size=(90, 3))
-    x[40:50] = x[30:40]  # the same velocities again: K is singular
-    y = 80.0 * x[:, 0] * np.abs(x[:, 0]) + 3.0 * rng.normal(size=90)
-    whole = dual.solve(x, y, gamma=10.0, C=C, epsilon=epsilon, vanishing=True)
-    monkeypatch.setattr(columns, "MAX_WHOLE_SAMPLES", 0)
-    by_rows = dual.solve(x, y, gamma=10.0, C=C, epsilon=epsilon, vanishing=True)
-    apart = np.abs(whole.fitted - by_rows.fitted).max()
-    assert apart <= whole.certified_error + by_rows.certified_error < 1e-2
+    low_rank = columns(x, 10.0, vanishing=True)
+    np.testing.assert_allclose(low_rank.T @ low_rank, at_rest, atol=1e-12)
 
 
 @pytest.mark.parametrize(("own", "others"), [("yaw_rate", OTHERS), ("sway", ("surge", "body_yaw_rate")),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.learning.fit_pictures import FitPictures
+from incsvr.forecasting.over_recordings import FitPictures
 from incsvr.plant.axes import YAW, Axis
 from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Comparison, Identified

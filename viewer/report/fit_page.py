@@ -10,8 +10,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from incsvr.learning.fit_pictures import FitPictures
-from incsvr.learning.free_run import FreeRun
+from incsvr.forecasting.over_recordings import FitPictures, FreeRun
 from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of

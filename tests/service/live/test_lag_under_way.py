@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.live_watch import watch
-from incsvr.learning.free_run import tabulated
+from incsvr.forecasting.over_recordings import tabulated
 from service.recordings.recording import Recording, from_streams
 from simulator import leng
 from tests.service.conftest import configured

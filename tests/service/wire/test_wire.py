@@ -53,7 +53,7 @@ def test_a_snapshot_has_the_contracts_names_and_predicts(snapshot: wire.ModelSna
         "noise",
         "sigma",
     }
-    assert promised | {"trained_range", "certified_error", "correlation", "water", "spread", "widening"} == set(payload)
+    assert promised | {"trained_range", "certified_error", "correlation", "water", "spread"} == set(payload)
     assert payload["kernel"] == {"name": "rbf", "gamma": 10.0}
     assert {"rate", "damping", "weight"} <= set(payload["support"])
     low, high = payload["trained_range"]

@@ -5,20 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.learning import dual
-from incsvr.learning.columns import columns
+from incsvr.learning.drag import Drag, Several, fitted, points, share_left
 from incsvr.learning.iteration import Settings
+from incsvr.learning.kernel import columns
 from incsvr.learning.model import Model
-from incsvr.learning.policies.noise import Noise
-from incsvr.learning.several_velocities.drag import Drag, fitted, share_left
-from incsvr.learning.several_velocities.several import Several
-from incsvr.learning.velocities import points
+from incsvr.learning.noise import Noise
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
-
-MIN_FASTEST = 1e-6
-"""Fastest value of a velocity that never moved [m/s] or [rad/s]: no scale is divided by zero."""
-FASTEST_QUANTILE = 0.98
-"""Quantile of a batch's |velocity| that counts as its fastest: one outlier must not be the scale."""
 
 
 def fastest_of(settings: Settings, before: Array, batch: Samples) -> Array:
@@ -32,8 +25,9 @@ def fastest_of(settings: Settings, before: Array, batch: Samples) -> Array:
     own = max(abs(end) for end in settings.rate_range)
     if not settings.others:
         return np.array([own])
-    driven = np.quantile(np.abs(points(batch, settings.others)[:, 1:]), FASTEST_QUANTILE, axis=0)
-    grown = np.maximum(np.maximum(before, driven), MIN_FASTEST).tolist()
+    # one outlier must not be the scale, and a velocity that never moved divides by no zero
+    driven = np.quantile(np.abs(points(batch, settings.others)[:, 1:]), 0.98, axis=0)
+    grown = np.maximum(np.maximum(before, driven), 1e-6).tolist()
     return np.array([own, *(settings.fastest.get(*each) for each in zip(settings.others, grown, strict=True))])
 
 

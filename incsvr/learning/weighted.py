@@ -7,7 +7,7 @@ TUBE_DEVIATIONS σ/√nᵢ).
 1. Outliers: 1.5 IQR on what the curve leaves over of the new batch, where that is beyond the noise as well, where the
    curve has been trained, and where the batch itself does not say the same at the rates beside it: what came first has
    no privilege, and many samples that disagree alike are a change.
-2. Change (watch.py): where a smooth correction of the curve is likelier than the curve, all vectors
+2. Change (change.py): where a smooth correction of the curve is likelier than the curve, all vectors
    move by it. Only samples at rates where the curve has been trained are asked.
 3. Inclusion: a sample joins the nearest vector, where that is near, or becomes one.
 4. Forgetting: while there are more than `capacity`, the two closest vectors become one.
@@ -25,14 +25,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.learning.criteria import Mask, outliers
+from incsvr.learning.change import Watch, follow
+from incsvr.learning.driven_motion import windows
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
-from incsvr.learning.policies.merging import Vectors
-from incsvr.learning.policies.noise import Noise
-from incsvr.learning.policies.training import fastest_of, trained
-from incsvr.learning.policies.watch import Watch, follow
-from incsvr.learning.windows import windows
+from incsvr.learning.noise import Mask, Noise, outliers
+from incsvr.learning.training import fastest_of, trained
+from incsvr.learning.vectors import Vectors
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
@@ -60,14 +59,12 @@ class Memory:
     vectors: Vectors  # at most `capacity`
     noise: Noise  # of the samples
     fastest: Array = field(default_factory=lambda: np.empty(0))  # (d − 1,) of each further velocity so far, in its unit
-    watch: Watch = field(
-        default_factory=Watch
-    )  # for changes of the vehicle; over several velocities it never sees a batch
+    watch: Watch = field(default_factory=Watch)  # for changes; over several velocities it never sees a batch
 
     @property
     def served(self) -> Samples:
         """The vectors of the served model."""
-        return self.vectors.points
+        return self.vectors.samples
 
 
 def start(settings: Settings) -> Memory:
@@ -91,7 +88,7 @@ def learn(
     predicted: Array | None,
     place: NDArray[np.intp],
 ) -> tuple[Memory, Iteration]:
-    """Iteration `number` with a `batch` of n ≥ 1 samples; as `policies.paper.learn`."""
+    """Iteration `number` with a `batch` of n ≥ 1 samples; as `paper.learn`."""
     vectors, noise, watch, change = memory.vectors, memory.noise, memory.watch, None
     fastest, radius = fastest_of(settings, memory.fastest, batch), radius_of(settings)
     wild = np.zeros(len(batch), dtype=bool)
@@ -122,20 +119,16 @@ def learn(
     if predicted is not None:
         # A curve tells the noise of what it has not seen, but not where it was never trained, or has moved since.
         told = known & (change is None)
-        left = np.where(told, residual, kept.damping - served.learned(kept))
+        left = residual if told.all() else np.where(told, residual, kept.damping - served.learned(kept))
         noise = noise.after(left, place, kept.yaw_rate)
-    nothing = batch.take(slice(0, 0))
     return Memory(vectors, noise, fastest[1:], watch), Iteration(
         number=number,
-        time_span=(float(batch.time[0]), float(batch.time[-1])),
         trained=True,
-        old=memory.vectors.points,
+        old=memory.served,
         new=kept,
-        support=vectors.points,
+        support=vectors.samples,
         forgotten=included.without(vectors),
-        discarded_tube=nothing,
-        discarded_near=nothing,
-        outliers=batch.take(wild) if len(kept) < len(batch) else nothing,
+        outliers=batch.take(wild),
         model=served,
         change=change,
     )
@@ -163,7 +156,7 @@ def _served(settings: Settings, vectors: Vectors, fastest: Array, noise: Noise) 
     in each."""
     count = vectors.information * noise.variance
     tube = np.maximum(settings.epsilon, TUBE_DEVIATIONS / np.sqrt(vectors.information)) if noise.seen else None
-    return trained(settings, vectors.points, fastest, noise, count=count, tube=tube, terms=vectors.terms)[0]
+    return trained(settings, vectors.samples, fastest, noise, count=count, tube=tube, terms=vectors.terms)[0]
 
 
 def _beside(rate: Array, residual: Array) -> Array:

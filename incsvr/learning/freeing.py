@@ -12,12 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.learning.drag import Drag, fitted, points
 from incsvr.learning.iteration import Settings
 from incsvr.learning.model import Model
-from incsvr.learning.policies.noise import Noise
-from incsvr.learning.policies.training import fastest_of, independent
-from incsvr.learning.several_velocities.drag import Drag, fitted
-from incsvr.learning.velocities import points
+from incsvr.learning.noise import Noise
+from incsvr.learning.training import fastest_of, independent
 from incsvr.numerics import Array, Streams
 from incsvr.signals import TORQUE, YAW_RATE, raw
 from incsvr.signals.known_instants import known_at

@@ -16,6 +16,7 @@ from incsvr.numerics import Array, Streams, root_mean_square
 from incsvr.plant.body import Coupled
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.coupled import motion_at
+from incsvr.signals.samples import Samples
 
 Damping = Callable[[float, float], float]
 """d(r, t): a yaw rate [rad/s], and the instant [s] → the damping moment [N m]."""
@@ -85,6 +86,17 @@ class FreeRunErrors:
         zero = [run.measured for run in runs] or [np.zeros(1)]
         hold = [run.measured - run.measured[0] for run in runs] or [np.zeros(1)]
         return FreeRunErrors(rmse(runs), root_mean_square(np.concatenate(zero)), root_mean_square(np.concatenate(hold)))
+
+
+@dataclass(frozen=True, slots=True)
+class FitPictures:
+    """What a report of a fit draws: a learned curve with what it was learned from and what it is judged by."""
+
+    model: Model  # the final one
+    samples: Samples  # all that the recordings gave
+    free_runs: list[FreeRun]  # of the model, each of a stretch without a gap
+    where: str  # the recordings that these are of
+    unseen: bool  # whether these were not learned from
 
 
 def motions(streams: Streams, gap: float) -> list[Motion]:

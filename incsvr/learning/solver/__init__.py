@@ -1,1 +1,0 @@
-"""The solver of the dual of Eq. 7, called by `incsvr.learning.dual`."""
