@@ -28,7 +28,10 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, frozenset):
         return sorted(value)
     if isinstance(value, Mapping):
-        return {name: or_none(each) if isinstance(each, np.ndarray) else to_plain(each) for name, each in value.items()}
+        return {
+            name: list(or_none(each)) if isinstance(each, np.ndarray) else to_plain(each)
+            for name, each in value.items()
+        }
     return value
 
 
