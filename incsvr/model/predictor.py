@@ -44,7 +44,8 @@ class Predictor:
 def predictor(
     plain: Fit,
     runs: Sequence[Streams],
-    windows: int = 64,  # of which blocks and folds are made; each is long beside the disturbance's memory
+    windows: int = 64,  # at least, of which blocks and folds are made
+    samples: float = 150.0,  # in a window at most: a disturbance fades long before, and windows side by side are faster
     lags: int = 4,  # of the autoregression: more took no further colour from the missions of the world
 ) -> Predictor:
     """The plain model as a predictor with white innovations, from the best of several starts."""
@@ -52,8 +53,7 @@ def predictor(
     fast = fastest(plain.structure, plain.theta, runs)
     sample = min(period(runs, axis) for axis in axes)
     step = step_of(sample, 0.25 * fast, 0.2)
-    length = duration(runs, axes[0])
-    horizon = max(min(length / windows, 150.0 * sample), 20.0 * sample)
+    horizon = max(min(duration(runs, axes[0]) / windows, samples * sample), 20.0 * sample)
     structure = replace(plain.structure, predictor=True)
     shifts = {name: 0.0 for name in structure.names if name.startswith("shift")}
     begins = [{**plain.theta, **shifts, **_gains(axes, gain, drift / sample)} for gain, drift in STARTS]
