@@ -45,9 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", metavar="DIR", type=Path, default=Path("out"), help="folder of the recording (default out)")
     add("--speed", type=float, default=25.0, help="speed over the vehicle's own (default 25)")
     add("--seed", type=int, default=1, help="selects the effect of the third act (default 1)")
-    log = "write a log of five minutes of a simulated vehicle, to try fit and trace on, and run no experiment"
+    log = "only write a log of five minutes of a simulated vehicle, to try fit and trace on"
     add("--log", metavar="FILE.csv", type=destination, help=log)
-    of = "vehicle of --log: leng turns about yaw, the others move along several axes, to try identify on (default leng)"
+    of = "vehicle of --log: leng turns about yaw, the others move along several axes (default leng)"
     add("--log-of", choices=("leng", "rov", "torpedo", "boat"), help=of)
     add_json_argument(parser)
 

@@ -190,7 +190,7 @@ class Learner(Section):
         default=("yaw_rate",),
         min_length=1,
         max_length=6,
-        description="velocities that damping is learned over, the axis's own first; docs/several_velocities.md",
+        description="velocities that damping is learned over, the axis's own first; docs/learner.md",
     )
     fastest: dict[Name, Positive] = Field(
         default={}, description="largest value of a further input, its scale; else the largest that was driven"

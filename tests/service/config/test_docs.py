@@ -91,9 +91,11 @@ def test_the_payloads_are_those_of_the_learner(position: int, form: type[wire.Fo
 
 
 def test_the_page_for_control_asks_and_shows_what_the_learner_answers(endpoint: str, tmp_path: Path) -> None:
-    (code,), (shown,) = (re.findall(rf"```{kind}\n(.*?)```", CONTROL, re.DOTALL) for kind in ("python", "json"))
-    assert set(json.loads(shown)) == set(wire.FeedforwardReply.model_fields)
-    wire.decode(wire.FeedforwardReply, shown.encode())
+    (code,), answers = (re.findall(rf"```{kind}\n(.*?)```", CONTROL, re.DOTALL) for kind in ("python", "json"))
+    forms: tuple[type[wire.Form], ...] = (wire.FeedforwardReply, wire.ForecastReply)
+    for shown, form in zip(answers, forms, strict=True):
+        assert set(json.loads(shown)) == set(form.model_fields)
+        wire.decode(form, shown.encode())
     (tmp_path / "plan.py").write_text(code, encoding="utf-8")
     with client_after(endpoint, tmp_path / "state") as (_, session, _alive):
         models = following(session)
