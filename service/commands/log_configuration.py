@@ -15,14 +15,14 @@ from service.config.sources import add_set_argument, set_values
 from service.config.vehicle_file import read_vehicle
 from service.config.vehicle_learners import body_of
 
-VEHICLE_HELP = "use the mass matrix of this vehicle file (`incsvr identify --write`) and, where it has one, its weight"
+VEHICLE_HELP = "take mass matrix and weight from this vehicle file (`incsvr identify --write`)"
 
 
 def add_arguments(parser: argparse.ArgumentParser, takes: Collection[str], vehicle: str = "") -> None:
     """Adds `--set` for the values `takes` of the configuration, and `--vehicle` where there is a help for it."""
     if vehicle:
         parser.add_argument("--vehicle", type=Path, metavar="FILE", help=vehicle)
-    add_set_argument(parser, f"one value of the configuration, over --config: of {one_of(tuple(takes))}")
+    add_set_argument(parser, f"one value, over --config: of {one_of(tuple(takes))}")
     parser.set_defaults(takes=tuple(takes))
 
 

@@ -155,7 +155,7 @@ class Signals(Section):
         default=None,
         gt=0.0,
         lt=5.0,
-        description="longest pause that is bridged [s], at most 2 smoothing; null follows the streams",
+        description="longest pause that is bridged [s], at most twice signals.smoothing; null: as the streams need",
     )
     torque: TorqueKind | None = Field(
         default=None,

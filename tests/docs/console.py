@@ -54,6 +54,8 @@ PATIENCE = 30.0
 """How long a learner may take to start [s]."""
 WALL = re.compile(r", in \d+(?:\.\d+)? s$")
 """How long something took here, at the end of a line."""
+WAITING = re.compile(r"incsvr: .*, \d+ s")
+"""A line of progress, which a command prints every 30 s: only on a busy machine does one of the pages take as long."""
 CLOSE = 0.03
 """Part by which a printed figure may differ on another machine, whose BLAS rounds otherwise."""
 
@@ -116,7 +118,7 @@ class Shell:
         lines: list[str] = []
         for line in answered:
             if line == f"{END}\n":
-                return "".join(f"{each.rstrip()}\n" for each in lines)
+                return _without_waiting("".join(lines))
             lines.append(line)
         raise AssertionError(f"{block}\n{''.join(lines)}")
 
@@ -150,8 +152,7 @@ class Shell:
             check=False,
         )
         assert ran.returncode == 0, f"{shlex.join(words)}: {ran.stdout}"
-        text = ran.stdout.replace(self.endpoint, Bus().listen)
-        return "\n".join(line.rstrip() for line in text.splitlines()) + "\n" * bool(text)
+        return _without_waiting(ran.stdout.replace(self.endpoint, Bus().listen))
 
     def _words(self, command: str) -> list[str]:
         """A command as it is run here: our own program, our own Python, and scripts that stand beside the page."""
@@ -172,6 +173,11 @@ class Shell:
             "COLUMNS": "120",
             "OPENBLAS_NUM_THREADS": "1",
         }
+
+
+def _without_waiting(text: str) -> str:
+    """What was printed, without lines of progress and spaces at the ends of lines."""
+    return "".join(f"{line.rstrip()}\n" for line in text.splitlines() if not WAITING.fullmatch(line))
 
 
 def differs(told: str, now: str) -> str | None:

@@ -23,7 +23,7 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 PAGE = (DOCS / "bus.md").read_text(encoding="utf-8")
 LIVE = (DOCS / "live.md").read_text(encoding="utf-8")
 CONTROL = (DOCS / "control.md").read_text(encoding="utf-8")
-CLIENT, FOLLOWER = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+(CLIENT,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 PAYLOADS = re.findall(r"```json\n(.*?)```", PAGE, re.DOTALL)
 
 
@@ -45,8 +45,7 @@ def test_the_client_of_twenty_lines_runs(endpoint: str, tmp_path: Path) -> None:
 
 
 def test_the_client_that_joins_late_has_the_latest_model_and_then_the_next(endpoint: str, tmp_path: Path) -> None:
-    (tmp_path / "follower.py").write_text(FOLLOWER, encoding="utf-8")
-    command = [sys.executable, str(tmp_path / "follower.py"), endpoint]
+    command = [sys.executable, str(DOCS / "follow.py"), endpoint]
     with client_after(endpoint, tmp_path / "state") as (_, session, _alive):
         models = following(session)
         teach(session, KEYS, 9, 0, 35)
@@ -91,19 +90,16 @@ def test_the_payloads_are_those_of_the_learner(position: int, form: type[wire.Fo
 
 
 def test_the_page_for_control_asks_and_shows_what_the_learner_answers(endpoint: str, tmp_path: Path) -> None:
-    (code,), answers = (re.findall(rf"```{kind}\n(.*?)```", CONTROL, re.DOTALL) for kind in ("python", "json"))
+    answers = re.findall(r"```json\n(.*?)```", CONTROL, re.DOTALL)
     forms: tuple[type[wire.Form], ...] = (wire.FeedforwardReply, wire.ForecastReply)
     for shown, form in zip(answers, forms, strict=True):
         assert set(json.loads(shown)) == set(form.model_fields)
         wire.decode(form, shown.encode())
-    (tmp_path / "plan.py").write_text(code, encoding="utf-8")
     with client_after(endpoint, tmp_path / "state") as (_, session, _alive):
         models = following(session)
         teach(session, KEYS, 9, 0, 35)
         next_model(models)
-        ran = subprocess.run(
-            [sys.executable, tmp_path / "plan.py", endpoint], capture_output=True, text=True, check=True
-        )
+        ran = subprocess.run([sys.executable, DOCS / "plan.py", endpoint], capture_output=True, text=True, check=True)
     torque = json.loads(ran.stdout[: ran.stdout.index("]") + 1])
     assert len(torque) == 4
     assert torque[1] > torque[3]
