@@ -113,7 +113,7 @@ def _demo(out: Path, speed: float, seed: int, people: TextIO) -> dict[str, Any]:
         settings = (word for name, value in values.items() for word in ("--set", f"{name}={value}"))
         learner = _start(stack, out, "serve", *settings)
         _wait(lambda: "ready: " in (out / "serve.log").read_text(encoding="utf-8"), out, serve=learner)
-        said = f"Leng is played {speed:g} times as fast. The hull is mounted at {hull:.0f} s; after {third:.0f} s the\n"
+        said = f"Leng is played {speed:g} times as fast. The cover is mounted at {hull:.0f} s; after {third:.0f} s the\n"
         said += "simulator switches on an effect that its seed selects, at a hidden instant.\n"
         say = partial(print, file=people, flush=True)
         say(said)
@@ -205,7 +205,7 @@ def _checked(recording: Path) -> dict[str, Any]:
 def _summary(result: Mapping[str, Any], out: Path) -> str:
     lines = ["", *verdict(result["underway"]), ""]
     errors = [f"{each['mae']:.2f} N m on {each['validation']}" for each in result["served"]]
-    lines.append(f"mean absolute error without and with the hull: {', '.join(errors)}")
+    lines.append(f"mean absolute error without and with the cover: {', '.join(errors)}")
     refused = ", ".join(f"{count} {name.removeprefix('rejected:')}" for name, count in result["rejected"].items())
     lines.append(f"rejected: {refused or 'nothing'}")
     if file := result["recording"]:

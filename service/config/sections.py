@@ -211,7 +211,7 @@ class Learner(Section):
 
 
 class HealthLimits(Section):
-    """The limit of silence in health, and its further key."""
+    """When a silent stream is stale, and where health is published for ROS 2."""
 
     stale_after: Seconds = Field(default=2.0, description="silence of a stream that makes health STALE [s], wall time")
     diagnostics: str | None = Field(
@@ -227,7 +227,7 @@ class HealthLimits(Section):
 
 
 class Tracing(Section):
-    """Whether the learner traces what its model lacks by itself, in a process beside it."""
+    """Whether a process beside the learner traces what its model lacks."""
 
     live: Literal["off", "advise", "adopt"] = Field(
         default="off",
@@ -256,7 +256,7 @@ class Tracing(Section):
 
 
 class Archive(Section):
-    """Whether all that comes in and goes out is kept, as MCAP files."""
+    """Where all messages are kept, as MCAP files."""
 
     directory: Path | None = Field(default=None, description="folder of the archives; null: no archive")
     most_mb: int = Field(

@@ -105,9 +105,7 @@ class Shell:
             stderr=subprocess.STDOUT,
             text=True,
         )
-        self.beside.callback(process.wait)
-        self.beside.callback(process.kill)
-        return process
+        return self.beside.enter_context(process)  # which ends with its standard input
 
     def cell(self, block: str) -> str:
         """What a block of Python prints, on either output."""
