@@ -97,6 +97,12 @@ def _first(kind: type[BaseModel]) -> str:
 COMMON_FLAG_COMMANDS = 2
 """A flag that so many commands have in the same words is described once, in those that most of them have."""
 
+GROUPS_OF_FLAGS = {
+    "bus": ("--config", "--connect", "--prefix", "--set"),
+    "log": ("--preset", "--column", "--system", "--from", "--to"),
+}
+"""Flags that go together, by the name that stands for them."""
+
 
 def commands() -> str:
     """Every command with its flags, as its help has them; flags of several commands once, at the end."""
@@ -117,7 +123,8 @@ def commands() -> str:
         parts += [about, *_flags(rows[command], common)]
         for inner, below in command.commands.items():
             parts += [f"### {name} {inner}", *_flags(rows[below], common)]
-    return "\n\n".join([*parts, "## Flags of several commands", "\n".join(common)])
+    groups = "\n".join(f"- *{name}*: {_named(flags)}" for name, flags in GROUPS_OF_FLAGS.items())
+    return "\n\n".join([*parts, "## Flags of several commands", groups, "\n".join(common)])
 
 
 def _flags(rows: Mapping[str, str], common: Mapping[str, str]) -> Iterator[str]:
@@ -125,7 +132,14 @@ def _flags(rows: Mapping[str, str], common: Mapping[str, str]) -> Iterator[str]:
     if own := [row for row in rows if row not in common]:
         yield "\n".join(own)
     if shared := [flag for row, flag in rows.items() if row in common]:
-        yield f"[Also](#flags-of-several-commands): {' '.join(f'`{flag}`' for flag in shared)}."
+        groups = {name: flags for name, flags in GROUPS_OF_FLAGS.items() if set(flags) <= set(shared)}
+        rest = [flag for flag in shared if not any(flag in flags for flags in groups.values())]
+        also = " ".join([*(f"*{name}*" for name in groups), *([_named(rest)] if rest else [])])
+        yield f"[Also](#flags-of-several-commands): {also}."
+
+
+def _named(flags: Iterable[str]) -> str:
+    return " ".join(f"`{flag}`" for flag in flags)
 
 
 def _rows(parser: Parser) -> dict[str, str]:

@@ -50,7 +50,9 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
     assert act["served_effects"] == []
     assert every(tmp_path / "leng.rrd", "TextDocument:text", "/effects/ledger")
     assert (
-        said.index("The cover is mounted") < said.index("iteration 25, ") < said.index("Ground truth: torque_saturation")
+        said.index("The cover is mounted")
+        < said.index("iteration 25, ")
+        < said.index("Ground truth: torque_saturation")
     )
     assert not still_running(str(tmp_path))
 
