@@ -113,8 +113,8 @@ def _demo(out: Path, speed: float, seed: int, people: TextIO) -> dict[str, Any]:
         settings = (word for name, value in values.items() for word in ("--set", f"{name}={value}"))
         learner = _start(stack, out, "serve", *settings)
         _wait(lambda: "ready: " in (out / "serve.log").read_text(encoding="utf-8"), out, serve=learner)
-        said = f"Leng is played {speed:g} times as fast. The cover is mounted at {hull:.0f} s; after {third:.0f} s the\n"
-        said += "simulator switches on an effect that its seed selects, at a hidden instant.\n"
+        said = f"Leng is played {speed:g} times as fast. The cover is mounted at {hull:.0f} s; after {third:.0f} s\n"
+        said += "the simulator switches on an effect that its seed selects, at a hidden instant.\n"
         say = partial(print, file=people, flush=True)
         say(said)
         bus = stack.enter_context(bus_client(Config(bus=Bus(connect=endpoint)), TIMEOUT_S))
