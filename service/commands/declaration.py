@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +15,6 @@ from incsvr.checks import Finding
 from incsvr.checks.apparent_inertia import ApparentInertia, apparent_inertia
 from incsvr.checks.torque_sign import DELAYS_S, torque_sign
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
 from incsvr.plant.axes import Axis
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import TORQUE
@@ -235,12 +234,8 @@ def _refuse_pulses(recording: Recording) -> None:
 
 
 def _later(recording: Recording, delay: float) -> Recording:
-    """The recording with its torque so much later [s]; what other axes displaced goes with the rest."""
-    beside = {f"{name} ": values for name, values in recording.displaced.items()}
-    whole = replace(recording, columns={**recording.columns, **beside}, displaced={})
-    streams: Mapping[str, tuple[Array, Array]] = whole.streams()
-    time, torque = streams[TORQUE]
-    moved = from_streams(recording.name, {**streams, TORQUE: (np.round(time + delay, 9), torque)})
-    columns = {name: values for name, values in moved.columns.items() if name not in beside}
-    displaced = {name: moved.columns[f"{name} "] for name in recording.displaced}
-    return replace(recording, time=moved.time, columns=columns, displaced=displaced)
+    """The recording with its effort so much later [s]."""
+    streams, effort = recording.body_streams(), recording.axis.effort
+    time, values = streams[effort]
+    moved = from_streams(recording.name, {**streams, effort: (np.round(time + delay, 9), values)})
+    return replace(recording, time=moved.time, columns=moved.columns)

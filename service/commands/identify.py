@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Streams
-from incsvr.plant.axes import AXES, YAW, Axis
+from incsvr.plant.axes import AXES, Axis
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.plant.terms import mass_unit, stage_unit, thrust_name
 from incsvr.plant.words import words_of
@@ -35,7 +36,7 @@ from service.config.vehicle_file import MARK, is_name, read_values, write_vehicl
 from service.number import number_of
 from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_implausible, refuse_twice
 from service.recordings.reading import Reading, add_log_arguments, read_body
-from service.recordings.recording import Recording, of_axis
+from service.recordings.recording import Recording
 from service.wire.section import entries_of
 
 TAKES = ("inputs", "vehicle.mass_matrix")
@@ -247,7 +248,7 @@ def _along(run: Recording, axis: Axis) -> Recording | None:
     streams = run.body_streams()
     if any(name not in streams or not streams[name][0].size for name in (axis.rate, axis.effort)):
         return None
-    return run if run.axis == axis else of_axis(run, axis) if run.axis == YAW else None
+    return replace(run, axis=axis)
 
 
 HORIZON_HEAD = "  {:<28}{}"

@@ -188,10 +188,10 @@ def runs_of(recordings: Sequence[Recording]) -> list[Run]:
     """Recordings as the tracer takes them."""
     runs = []
     for recording in recordings:
-        columns = dict(recording.columns)
-        rate, torque = columns.pop(YAW.rate), columns.pop(YAW.effort)
-        columns |= {name: values for name, values in recording.displaced.items() if name != "heading"}
-        runs.append(Run(recording.name, recording.time, rate, torque, columns, recording.axis.rate))
+        axis = recording.axis
+        beside = {axis.rate, axis.effort, *(("heading",) if axis != YAW else ())}
+        channels = {name: values for name, values in recording.columns.items() if name not in beside}
+        runs.append(Run(recording.name, recording.time, recording.rate, recording.effort, channels, axis.rate))
     return runs
 
 

@@ -260,7 +260,12 @@ class Inputs(Section):
     @property
     def sources(self) -> dict[str, Source]:
         """The sources of its streams by name, the yaw rate's first."""
-        named = {"yaw_rate": self.yaw_rate, **self.channels, "torque": self.torque}
+        return self.sources_of("yaw_rate", "torque")
+
+    def sources_of(self, rate: str, effort: str) -> dict[str, Source]:
+        """The sources of its streams by name, where the velocity and the effort of an axis have these names."""
+        channels = {name: source for name, source in self.channels.items() if name not in (rate, effort)}
+        named = {rate: self.yaw_rate, **channels, effort: self.torque}
         return {name: source for name, source in named.items() if source is not None}
 
     @property

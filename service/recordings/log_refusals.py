@@ -12,8 +12,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.plant.words import AxisWords, words_of
-from incsvr.signals import REQUIRED
+from incsvr.plant.words import AxisWords
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.column_spec import of_this_log
@@ -44,7 +43,7 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words
         f"the {words.effort} is a fraction of full thrust, not {words.effort_unit}, until its scale is given: "
         f"--column '{words.effort_column}={torque.topic}.{torque.field}*NEWTON_METRES'"
     )
-    time, rate = measured.streams["yaw_rate"]
+    time, rate = measured.streams[words.rate_column]
     if measured.armed is not None:
         inside = is_within(time, arming_spans(*measured.armed))
         rate = rate[inside] if inside.any() else rate
@@ -81,7 +80,7 @@ def refuse_twice(recordings: Sequence[Recording], why: str = GIVEN_TWICE) -> Non
     """
     seen: dict[tuple[bytes, ...], str] = {}
     for recording in recordings:
-        own = [recording.columns[name] for name in REQUIRED]
+        own = [recording.rate, recording.effort]
         if not any(np.ptp(values[~np.isnan(values)]) > 0.0 for values in own):
             own = list(recording.columns.values())
         content = tuple(values.tobytes() for values in own)
@@ -138,11 +137,11 @@ def refuse_still(path: Path, log: Log, source: Source | None, rate: Array, words
 
 def refuse_two_senders(path: Path, recording: Recording) -> None:
     """Raises BadInput where the velocity or the effort alternates between two series of values."""
-    words = words_of(recording.axis)
-    for name, called in zip(REQUIRED, (words.rate_column, words.effort_column), strict=True):
-        share = alternates(recording.streams()[name][1])
+    streams = recording.body_streams()
+    for name in (recording.axis.rate, recording.axis.effort):
+        share = alternates(streams[name][1])
         if share is not None:
-            raise BadInput(f"{path}: {sentence(called, 'one name', share)}")
+            raise BadInput(f"{path}: {sentence(name, 'one name', share)}")
 
 
 @contextmanager

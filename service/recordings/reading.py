@@ -43,9 +43,7 @@ from service.recordings.log_refusals import (
 )
 from service.recordings.recording import (
     Recording,
-    column_of_axis,
     continuation,
-    with_own_columns,
 )
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.recording_csv import read as read_recording
@@ -83,11 +81,10 @@ class Reading:
         said = {"preset": args.preset, "system": args.system}
         inputs = config.inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
-        columns = tuple(column_of_axis(text, axis) for text in args.column)
         _refuse_other_files(args)
         return replace(
             Reading.configured(config, axis),
-            description=LogDescription(columns, inputs),
+            description=LogDescription(tuple(args.column), inputs),
             cut=Cut.of(args),
             several=len(_files(args)) > 1,
         )
@@ -189,12 +186,29 @@ class Reading:
         refuse_without_numbers(path, log)
         description = self.description
         if self.axis != YAW:
-            columns = with_own_columns(path, log, description.columns, self.axis)
-            description = replace(description, columns=columns)
-        proposal = logs.describe(log, description)
-        measured = logs.read(path, log, proposal)
+            description = replace(description, columns=_with_own_columns(path, log, description.columns, self.axis))
+        proposal = logs.describe(log, description, self.axis)
+        measured = logs.read(path, log, proposal, self.axis)
         with beside_assumptions((*proposal.sentences, *measured.notes)):
             return recording_of(self, path, log, proposal, measured)
+
+
+def _with_own_columns(path: Path, log: Log, columns: Sequence[str], axis: Axis) -> tuple[str, ...]:
+    """The declared columns, and those of a table that have the axis's own names.
+
+    Raises:
+        BadInput: the velocity or the effort of the axis is neither said nor there, and how to say it.
+    """
+    said = {split_file(text)[1].partition("=")[0] for text in columns}
+    there = {field for topic in log.topics if topic.name == ROWS for field in topic.fields}
+    found = [f"{own}={own}" for own in (axis.rate, axis.effort) if own not in said and own in there]
+    absent = [own for own in (axis.rate, axis.effort) if own not in said | there]
+    if absent:
+        flags = " ".join(f"--column {own}=NAME" for own in absent)
+        names = {axis.rate: f"{axis.name} {'velocity' if axis.along else 'rate'}", axis.effort: axis.effort}
+        called = " and no ".join(names[own].replace("_", " ") for own in absent)
+        raise BadInput(f"{path}: no {called} found; add {flags} (`incsvr inspect {path}` lists the names)")
+    return (*columns, *found)
 
 
 def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
@@ -282,9 +296,7 @@ def read_body(reading: Reading, paths: Sequence[Path]) -> list[Recording]:
             axis = _axis_without_yaw(paths[0], reading.description)
         if axis is None:
             raise
-    columns = tuple(column_of_axis(text, axis) for text in reading.description.columns)
-    description = replace(reading.description, columns=columns)
-    return replace(reading, axis=axis, rate_limit=axis.fastest, description=description).of_all(paths)
+    return replace(reading, axis=axis, rate_limit=axis.fastest).of_all(paths)
 
 
 def _axis_without_yaw(path: Path, description: LogDescription) -> Axis | None:

@@ -4,8 +4,7 @@ Header row; `t` [s], never going back; `yaw_rate` [rad/s]; `torque` [N m]; then 
 empty cell (also `nan`, `NA`) means that the channel was not sampled in that row, so streams of different rates fit in
 one file. Rows of one instant are merged.
 
-Of another axis than yaw its own columns (`sway`, `sway_force`) stand for these two, and everything downstream reads
-them under the same two names: a learner has one rate and one torque, whichever they are.
+Of another axis than yaw its own columns (`sway`, `sway_force`) stand for these two.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from service.logs.cells import EMPTY_CELLS
 from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970
 from service.number import number_of
 from service.recordings.log_refusals import refuse_whole_numbers
-from service.recordings.recording import Recording, of_axis, own_columns
+from service.recordings.recording import Recording
 
 RATE_LIMIT = YAW.fastest
 """Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
@@ -78,7 +77,7 @@ def read(
             raise type(error)(f"{path}: {error}") from None
         time, rows, columns = time[inside], rows[inside], columns_inside(columns, inside)
     rate = axis.rate
-    for name in own_columns(axis):
+    for name in (rate, axis.effort):
         if np.isnan(columns[name]).all():
             where = f" in the part that {cut} takes" if cut else ""
             raise BadInput(f"{path}: the column {name} is empty{where}; it must hold the {_unit(axis, name)}")
@@ -94,8 +93,8 @@ def read(
         )
     for name, values in columns.items():
         refuse_steps(time[~np.isnan(values)], f"{path}: the times of {name}")
-    merged = Recording(path.name, *_merged(path, time, columns, rows), notes=(*(set_at(at) for at in sets), *marks))
-    return of_axis(merged, axis)
+    notes = (*(set_at(at) for at in sets), *marks)
+    return Recording(path.name, *_merged(path, time, columns, rows), notes, axis)
 
 
 def _unit(axis: Axis, column: str) -> str:
@@ -137,7 +136,7 @@ def _rows(path: Path, axis: Axis) -> tuple[list[str], list[list[str]]]:
 
 
 def _check_header(path: Path, header: Sequence[str], axis: Axis) -> None:
-    for name in ("t", *own_columns(axis)):
+    for name in ("t", axis.rate, axis.effort):
         if name not in header:
             raise BadInput(
                 f"{path}, row 1: there is no column {name} among {', '.join(header)}; "

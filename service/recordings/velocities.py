@@ -11,7 +11,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import VELOCITIES
 from service.inputs.settings import Inputs, Vector
-from service.recordings.recording import Recording, own_columns
+from service.recordings.recording import Recording
 
 LINEAR, ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 
@@ -39,15 +39,12 @@ def in_body(recording: Recording, inputs: Inputs) -> Recording:
     if inputs.velocity_frame != "body":
         changed |= _turned(recording.name, streams, inputs.velocity_frame == "east_north")
     changed |= _displaced(changed, inputs.velocity_place)
-    own = dict(zip(own_columns(recording.axis), ("yaw_rate", "torque"), strict=True))
-    columns, displaced = dict(recording.columns), dict(recording.displaced)
+    columns = dict(recording.columns)
     for name in LINEAR:
         if name in changed:
-            holder = displaced if name in displaced else columns
-            values = np.full(recording.time.size, np.nan)
-            values[np.searchsorted(recording.time, changed[name][0])] = changed[name][1]
-            holder[own.get(name, name)] = values
-    return replace(recording, columns=columns, displaced=displaced)
+            columns[name] = np.full(recording.time.size, np.nan)
+            columns[name][np.searchsorted(recording.time, changed[name][0])] = changed[name][1]
+    return replace(recording, columns=columns)
 
 
 def _turned(name: str, streams: Mapping[str, tuple[Array, Array]], swapped: bool) -> dict[str, tuple[Array, Array]]:
