@@ -17,7 +17,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, Axis
 from incsvr.plant.words import words_of
-from service.logs.suspect_columns import heading_in_degrees
+from service.logs.candidates import heading_in_degrees
 from service.recordings.recording import Recording
 from service.recordings.velocities import heading_at
 

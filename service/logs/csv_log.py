@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import gzip
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from incsvr.errors import BadInput
@@ -42,14 +43,9 @@ def open_log(path: Path) -> TableLog:
     Raises:
         BadInput: it is no table of text.
     """
-    text = _text(path)
-    lines = text.lstrip("\ufeff").splitlines()
-    while lines and (not lines[0].strip() or lines[0].lower().startswith("sep=")):  # a spreadsheet's own line
-        lines.pop(0)
-    if not lines:
+    rows = csv_rows(path)
+    if not rows:
         raise BadInput(f"{path}: the file is empty; a log begins with a header that names its columns")
-    delimiter = max(_DELIMITERS, key=lines[0].count)
-    rows = _rows(path, lines, delimiter)
     header = [name.strip() for name in rows[0]]
     if any(header) and all(_is_number(name) for name in header):
         raise BadInput(f"{path}, row 1: the header is missing, the first row holds numbers; name the columns there")
@@ -63,24 +59,30 @@ def open_log(path: Path) -> TableLog:
     return TableLog("CSV", Table(None, found.numbers, found.texts, found.instants), found.notes)
 
 
-def _text(path: Path) -> str:
+def csv_rows(path: Path, delimiter: str | None = None) -> list[list[str]]:
+    """The rows of a table of text, plain or gzipped, the header first.
+
+    Args:
+        delimiter: by which all lines are read; None tells it from the first, and leaves out lines without text and a
+            spreadsheet's own.
+
+    Raises:
+        BadInput: it cannot be read, or is no text.
+    """
+    opened = gzip.open if first_bytes(path).startswith(GZIP) else open
     try:
-        content = path.read_bytes()
-        if first_bytes(path).startswith(GZIP):
-            content = gzip.decompress(content)
-        return content.decode("utf-8")
+        with opened(path, "rt", newline="", encoding="utf-8-sig") as file:
+            if delimiter is not None:
+                return list(csv.reader(file, delimiter=delimiter))
+            first = next((line for line in file if line.strip() and not line.lower().startswith("sep=")), "")
+            delimiter, lines = max(_DELIMITERS, key=first.count), chain([first], file)
+            if delimiter not in first:
+                return [line.split() for line in lines if line.strip()]
+            return [row for row in csv.reader(lines, delimiter=delimiter) if any(row)]
     except OSError as error:
         raise BadInput(f"{path}: cannot be read ({error.strerror or error}); give the path of a recording") from None
     except (UnicodeDecodeError, EOFError):
         raise BadInput(f"{path}: this is no CSV text; export the recording as UTF-8 CSV") from None
-
-
-def _rows(path: Path, lines: Sequence[str], delimiter: str) -> list[list[str]]:
-    if delimiter not in lines[0]:
-        return [line.split() for line in lines if line.strip()]
-    try:
-        rows = csv.reader((f"{line}\n" for line in lines), delimiter=delimiter)
-        return [row for row in rows if any(row)]
     except csv.Error as error:
         raise BadInput(f"{path}: this is no CSV text ({error}); export the recording as UTF-8 CSV") from None
 

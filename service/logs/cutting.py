@@ -159,7 +159,7 @@ def since_1970(stamps: Array, arrival: Array | None) -> float | None:
     known = stamps[np.isfinite(stamps)]
     if not known.size:
         return None
-    if np.median(known) >= MIN_STAMP_SINCE_1970_S:
+    if MIN_STAMP_SINCE_1970_S <= np.median(known) < 10.0 * MIN_STAMP_SINCE_1970_S:
         return 0.0
     came = np.empty(0) if arrival is None else arrival[np.isfinite(arrival)]
     if not came.size or not MIN_STAMP_SINCE_1970_S <= np.median(came) < 10.0 * MIN_STAMP_SINCE_1970_S:

@@ -21,6 +21,7 @@ from service.inputs.settings import Preset
 from service.inputs.table import ROWS
 from service.logs import Log, open_any
 from service.logs import reading as logs
+from service.logs.candidates import refuse_without_numbers
 from service.logs.cells import CellFault
 from service.logs.csv_log import open_log as open_csv
 from service.logs.cutting import (
@@ -35,7 +36,6 @@ from service.logs.cutting import (
 from service.logs.dives import Dive, dives
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
-from service.logs.suspect_columns import refuse_without_numbers
 from service.recordings.log_recording import armed_alone, recording_of
 from service.recordings.log_refusals import (
     beside_assumptions,

@@ -26,6 +26,7 @@ from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.clocks import set_at, without_leaps
 from service.inputs.marks import all_without_marks
 from service.logs.cells import EMPTY_CELLS
+from service.logs.csv_log import csv_rows
 from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970
 from service.number import number_of
 from service.recordings.log_refusals import refuse_whole_numbers
@@ -109,15 +110,7 @@ def _unit(axis: Axis, column: str) -> str:
 
 def _rows(path: Path, axis: Axis) -> tuple[list[str], list[list[str]]]:
     """Header and rows, all of the header's length."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
-    except FileNotFoundError:
-        raise BadInput(f"{path}: there is no such file; give the path of a recording") from None
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read ({error.strerror}); give the path of a CSV file") from None
-    except (UnicodeDecodeError, csv.Error):
-        raise BadInput(f"{path}: this is no CSV text; export the recording as UTF-8 CSV") from None
+    rows = csv_rows(path, ",")
     while rows and not any(rows[-1]):
         rows.pop()
     if not rows:

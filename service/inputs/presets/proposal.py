@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 
-from service.inputs.instances import base, in_order
+from service.inputs.owners import base, in_order
 from service.inputs.settings import Inputs, Preset, Source, Thrusters
 from service.inputs.table import Topic
 from service.inputs.vehicle_kind import SelfDescription
