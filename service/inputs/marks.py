@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -50,9 +49,3 @@ def _is_mark(value: float) -> bool:
     """Whether a number has the digits of a mark."""
     digits = re.sub(r"[-.]", "", f"{abs(value):.10g}").strip("0")
     return digits in _ALL_ONES or (len(digits) > 2 and set(digits) == {"9"})
-
-
-def all_without_marks(columns: dict[str, Array], commands: Sequence[str]) -> tuple[dict[str, Array], list[str]]:
-    """The columns of a recording without marks, and the notes on these."""
-    found = {name: without_marks(name, values, name in commands) for name, values in columns.items()}
-    return {name: values for name, (values, _) in found.items()}, [note for _, note in found.values() if note]

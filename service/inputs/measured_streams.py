@@ -31,7 +31,7 @@ from service.inputs.outputs import output, without_pulse
 from service.inputs.presets.proposal import Change
 from service.inputs.senders import SENDER, alternates, by_turns, sentence, two_clocks
 from service.inputs.settings import ARRIVAL, Inputs, Place, Source, Thrusters
-from service.inputs.table import Assumption, Table
+from service.inputs.table import ROWS, Assumption, Table
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import STAMP_UNITS
 
@@ -221,7 +221,7 @@ def _two_senders(inputs: Inputs, tables: Mapping[str, Table], axis: Axis) -> Ite
         if share is None:
             share = alternates(_rising(arrival_of(table, stamps) if stamps is None else stamps, values)[1])
         if share is not None:
-            yield sentence(name, topic, share, by_sender)
+            yield sentence(name, "one name" if topic == ROWS else topic, share, by_sender)
         if table.arrival is not None and stamps is not None and two_clocks(table.arrival, stamps):
             yield (
                 f"the stamps of {topic} are of two clocks by turns: two senders send {name} under one name; let one of "
@@ -233,6 +233,8 @@ def _rising(time: Array, values: Array) -> Stream:
     """Sorts by stamps, keeps each once, and drops values that were not sampled."""
     kept = np.isfinite(values) & np.isfinite(time)
     time, values = time[kept], values[kept]
+    if (np.diff(time) > 0.0).all():
+        return time, values
     order = np.argsort(time, kind="stable")
     unique, first = np.unique(time[order], return_index=True)
     return unique, values[order][first]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import gzip
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -15,6 +15,8 @@ from service.logs.cells import EMPTY_CELLS, columns_of, refuse_split_decimals
 from service.logs.opening import GZIP, first_bytes
 from service.number import number_of
 
+OURS = "recording"
+"""The format of a table that was read as a recording of our own, every fault of a row named."""
 _DELIMITERS = ",;\t|"
 
 
@@ -51,9 +53,7 @@ def open_log(path: Path) -> TableLog:
         raise BadInput(f"{path}, row 1: the header is missing, the first row holds numbers; name the columns there")
     if len(rows) < 2:
         raise BadInput(f"{path}: there are no rows below the header; record at least a few seconds")
-    for position, name in enumerate(header):
-        if not name or name in header[:position]:
-            raise BadInput(f"{path}, row 1: column {position + 1} is named {name!r}; give every column its own name")
+    refuse_unnamed(path, header)
     refuse_split_decimals(path, header, rows[1:])
     found = columns_of(header, rows[1:])
     return TableLog("CSV", Table(None, found.numbers, found.texts, found.instants), found.notes)
@@ -85,6 +85,13 @@ def csv_rows(path: Path, delimiter: str | None = None) -> list[list[str]]:
         raise BadInput(f"{path}: this is no CSV text; export the recording as UTF-8 CSV") from None
     except csv.Error as error:
         raise BadInput(f"{path}: this is no CSV text ({error}); export the recording as UTF-8 CSV") from None
+
+
+def refuse_unnamed(path: Path, header: Sequence[str]) -> None:
+    """Raises BadInput where a column has no name, or that of another one."""
+    for position, name in enumerate(header):
+        if not name or name in header[:position]:
+            raise BadInput(f"{path}, row 1: column {position + 1} is named {name!r}; give every column its own name")
 
 
 def _is_number(cell: str) -> bool:

@@ -96,7 +96,9 @@ def describe(log: Log, description: LogDescription, axis: Axis = YAW) -> Proposa
     vehicle, absent = self_description.of_vehicle(ours, tables), self_description.absent_batteries(ours, tables)
     known = ranks(log, ours)
     proposals = [
-        propose(Observation(ours, {**inputs.parameters, **part.parameters}, vehicle, absent, known), inputs.preset)
+        propose(
+            Observation(ours, {**inputs.parameters, **part.parameters}, vehicle, absent, known, axis), inputs.preset
+        )
         for part in parts
     ]
     found = _with_changes(parts, proposals)
@@ -244,7 +246,9 @@ def guessed_unit(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StampUni
 
 
 def _step(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
-    steps = np.diff(np.unique(time))
+    steps = np.diff(time)
+    if not (steps > 0.0).all():
+        steps = np.diff(np.unique(time))
     return float(np.median(steps)) if steps.size else 0.0
 
 

@@ -15,6 +15,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.signals.steps import refuse_steps
 from service.inputs.arming import Spans, arming_spans, is_within
+from service.inputs.clocks import without_leaps
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.presets import Proposal
@@ -22,6 +23,7 @@ from service.inputs.settings import Inputs, Source
 from service.inputs.units import SI_UNITS, units_of
 from service.logs import Log
 from service.logs.candidates import turning_instead
+from service.logs.csv_log import OURS, TableLog
 from service.logs.cutting import ARMED_CHANNEL, Cut, Span, columns_inside, rows_inside
 from service.recordings.log_refusals import refuse_fraction, refuse_still, refuse_whole_numbers
 from service.recordings.recording import Recording, from_streams
@@ -35,7 +37,7 @@ NEVER_ARMED = "never armed, so there is nothing to learn from: give a log of a d
 
 def recording_of(reading: Reading, path: Path, log: Log, proposal: Proposal, measured: MeasuredStreams) -> Recording:
     """The measurements of a log as a recording, or why they are none."""
-    source = proposal.inputs.yaw_rate
+    ours, source = log.format == OURS, proposal.inputs.yaw_rate
     if reading.learns and measured.doubts:
         raise BadInput(f"{path}: {measured.doubts[0]}")
     if source is not None and reading.axis == YAW and not measured.streams[YAW.rate][0].size:
@@ -43,23 +45,28 @@ def recording_of(reading: Reading, path: Path, log: Log, proposal: Proposal, mea
             f"{path}: there is no value of yaw_rate in {source.topic}"
             + (turning_instead(log, source, "yaw_rate") or f"; `incsvr inspect {path}` shows what there is")
         )
-    recording = _in_cut(reading, path, measured, proposal.inputs)
-    notes, places = (*proposal.sentences, *measured.notes), _places(proposal.inputs, reading.axis)
+    recording = _in_cut(reading, path, log, measured, proposal.inputs)
+    notes, places = (*proposal.sentences, *measured.notes), {} if ours else _places(proposal.inputs, reading.axis)
     units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
     recording = replace(recording, axis=reading.axis, notes=notes, places=places, units=units)
     recording = in_body(recording, reading.description.inputs)
     refuse_fraction(path, proposal.inputs, measured, words_of(reading.axis))
     if not reading.learns:
         return recording
-    recording = armed_alone(path, recording)
+    recording = armed_alone(path, recording, ours and reading.ours_whole)
+    if ours:
+        return recording
     rate = recording.rate[~np.isnan(recording.rate)]
     refuse_still(path, log, source if reading.axis == YAW else None, rate, words_of(reading.axis))
     return recording
 
 
-def _in_cut(reading: Reading, path: Path, measured: MeasuredStreams, inputs: Inputs) -> Recording:
-    """The streams in the cut as they are, with a channel that says when the vehicle was armed, if anything does."""
-    axis = reading.axis
+def _in_cut(reading: Reading, path: Path, log: Log, measured: MeasuredStreams, inputs: Inputs) -> Recording:
+    """The streams in the cut as they are, with a channel that says when the vehicle was armed, if anything does.
+
+    Of our own recordings that is their own channel, and all stand in the order in which they were written.
+    """
+    axis, ours = reading.axis, log.format == OURS
     for name in (axis.rate, axis.effort):
         if name not in measured.streams or not measured.streams[name][0].size:
             raise BadInput(f"{path}: there is no value of {name}; `incsvr inspect {path}` shows what there is")
@@ -67,9 +74,13 @@ def _in_cut(reading: Reading, path: Path, measured: MeasuredStreams, inputs: Inp
     streams = _later(measured.streams)
     instants = streams[axis.rate][0]
     shift = float(instants[0] - time[0])
-    if measured.armed is not None:
+    if measured.armed is not None and ours:
+        streams = {**streams, ARMED_CHANNEL: measured.armed}
+    elif measured.armed is not None:
         on = is_within(instants - shift, arming_spans(*measured.armed))
         streams = {**streams, ARMED_CHANNEL: (instants, on.astype(np.float64))}
+    if ours:
+        streams = {name: streams[name] for name in log.topics[0].fields if name in streams}
     for name, (stamps, _) in streams.items():
         refuse_steps(stamps, f"{path}: the times of {name}")
     recording = replace(from_streams(path.name, streams), axis=axis)
@@ -82,17 +93,26 @@ def _in_cut(reading: Reading, path: Path, measured: MeasuredStreams, inputs: Inp
         if np.isnan(recording.columns[name]).all():
             raise BadInput(f"{path}: there is no value of {name} in the part that {reading.cut} takes")
     source = inputs.yaw_rate
-    if reading.learns and source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit]):
+    in_si = source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit])
+    if source is not None and in_si and (reading.learns or ours):
         refuse_whole_numbers(path, recording.rate, axis.rate, typed_source(source))
     beyond = np.flatnonzero(np.abs(recording.rate) > reading.rate_limit)
     if beyond.size:
         rate, at, unit = recording.rate[beyond[0]], recording.time[beyond[0]], words_of(axis).rate_unit
+        row = _row(log, at)
+        place = f"{row}: {axis.rate} is {rate:g}" if row else f": {axis.rate} is {rate:g} at {at:.10g} s"
         raise BadInput(
-            f"{path}: {axis.rate} is {rate:g} at {at:.10g} s, beyond the plausible ±{reading.rate_limit:g} {unit}"
-            f"{_in_degrees(inputs.yaw_rate, axis)}"
+            f"{path}{place}, beyond the plausible ±{reading.rate_limit:g} {unit}{_in_degrees(source, axis)}"
             + (f"; if the vehicle really turns so fast, raise {reading.limit_is}" if reading.limit_is else "")
         )
     return recording
+
+
+def _row(log: Log, stamp: float) -> str:
+    """The row of a stamp [s] in words, where a log is one recording of our own; else nothing."""
+    if log.format != OURS or not isinstance(log, TableLog):
+        return ""
+    return f", row {int(np.searchsorted(without_leaps(log.table.columns['t'])[0], stamp)) + 2}"
 
 
 def _cut(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:

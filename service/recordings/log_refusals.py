@@ -17,7 +17,6 @@ from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.column_spec import of_this_log
 from service.inputs.measured_streams import MeasuredStreams
-from service.inputs.senders import alternates, sentence
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import Assumption
 from service.inputs.units import FRACTION
@@ -133,15 +132,6 @@ def refuse_still(path: Path, log: Log, source: Source | None, rate: Array, words
         others = "" if source is None else turning_instead(log, source, words.rate_column)
         cure = others or f"; give a log in which the vehicle {words.turns} both ways"
         raise BadInput(f"{path}: {still}{cure}")
-
-
-def refuse_two_senders(path: Path, recording: Recording) -> None:
-    """Raises BadInput where the velocity or the effort alternates between two series of values."""
-    streams = recording.body_streams()
-    for name in (recording.axis.rate, recording.axis.effort):
-        share = alternates(streams[name][1])
-        if share is not None:
-            raise BadInput(f"{path}: {sentence(name, 'one name', share)}")
 
 
 @contextmanager

@@ -79,7 +79,7 @@ class Recording:
 
 def from_streams(name: str, streams: Mapping[str, tuple[Array, Array]]) -> Recording:
     """A recording of streams with stamps of their own: name → (stamps [s], strictly increasing, values)."""
-    time = np.unique(np.concatenate([stamps for stamps, _ in streams.values()]))
+    time = np.unique(np.concatenate(list({id(stamps): stamps for stamps, _ in streams.values()}.values())))
     columns = {}
     for column, (stamps, values) in streams.items():
         columns[column] = np.full(time.size, np.nan)
@@ -95,19 +95,8 @@ def sequence(runs: Sequence[Recording]) -> Recording:
     times = [runs[0].time]
     for run in runs[1:]:
         times.append(run.time - run.time[0] + (float(times[-1][-1]) + RUN_PAUSE_S))
-    return _one_after_the_other(runs, np.concatenate(times))
-
-
-def continuation(runs: Sequence[Recording]) -> Recording:
-    """Runs of one clock that follow one another, as one recording that keeps their time."""
-    joined = _one_after_the_other(runs, np.concatenate([run.time for run in runs]))
-    new = np.concatenate(([True], np.diff(joined.time) > 0.0))  # a row that ends one run and begins the next
-    return replace(joined.taken(new), notes=tuple(dict.fromkeys(note for run in runs for note in run.notes)))
-
-
-def _one_after_the_other(runs: Sequence[Recording], time: Array) -> Recording:
     columns = {
         name: np.concatenate([run.columns.get(name, np.full(run.time.size, np.nan)) for run in runs])
         for name in dict.fromkeys(name for run in runs for name in run.columns)
     }
-    return Recording(" + ".join(run.name for run in runs), time, columns, axis=runs[0].axis)
+    return Recording(" + ".join(run.name for run in runs), np.concatenate(times), columns, axis=runs[0].axis)
