@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Stream, Streams
 from incsvr.plant.axes import EFFORTS, YAW, Axis
 from incsvr.plant.words import words_of
 from service.inputs.arming import says_armed, says_something
@@ -35,7 +35,6 @@ from service.inputs.table import ROWS, Assumption, Table
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import STAMP_UNITS
 
-Stream = tuple[Array, Array]
 UNKNOWN_VOLTAGE = (
     f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V "
     "(--column voltage=NAME gives it)"
@@ -56,7 +55,7 @@ class MeasuredStreams:
         since_1970: what makes seconds since 1970 of the stamps [s]; None where the log does not show it.
     """
 
-    streams: Mapping[str, Stream]
+    streams: Streams
     armed: Stream | None
     notes: tuple[str, ...]
     doubts: tuple[str, ...] = ()

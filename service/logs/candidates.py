@@ -11,11 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array, running_integral
+from incsvr.numerics import Array, Stream, Streams, running_integral
 from incsvr.plant.axes import AXES
 from incsvr.signals.scales import white_noise
 from service.inputs.column_spec import typed_source, typed_source_with_unit
-from service.inputs.measured_streams import Stream
 from service.inputs.owners import base
 from service.inputs.presets.px4 import YAW_FIELD
 from service.inputs.presets.ros import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
@@ -132,7 +131,7 @@ DEGREES_RATIOS = (0.5, 2.0)
 """The times that 57 a heading moves for the yaw rate's own turning, where one of the two is in degrees."""
 
 
-def in_degrees(inputs: Inputs, streams: Mapping[str, Stream]) -> dict[str, str]:
+def in_degrees(inputs: Inputs, streams: Streams) -> dict[str, str]:
     """Sentences on quantities that seem to be in degrees, by name, with the flag to type."""
     sources: dict[str, Source | None] = {"yaw_rate": inputs.yaw_rate, **inputs.channels}
     found = {
@@ -176,7 +175,7 @@ def _sentence(name: str, source: Source, looks: str, taken: str) -> str:
     return f"{name} looks like {looks} and is read as {taken}: --column {name}={typed_source(source)}:{looks}"
 
 
-def _beyond(name: str, source: Source, streams: Mapping[str, Stream]) -> bool:
+def _beyond(name: str, source: Source, streams: Streams) -> bool:
     if source.unit not in ("", "rad/s") or name not in streams:
         return False
     return float(np.mean(np.abs(streams[name][1]) > FASTEST_RATES[name])) > MAX_OUTLIER_PART

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Stream, Streams
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.signals.steps import refuse_steps
@@ -145,7 +144,7 @@ def _in_degrees(source: Source | None, axis: Axis) -> str:
     return f"; if it is in degrees per second, give the unit: --column {axis.rate}={typed_source(source)}:deg/s"
 
 
-def _later(streams: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array, Array]]:
+def _later(streams: Streams) -> dict[str, Stream]:
     """The streams on a clock that does not begin before zero."""
     shift = max(0.0, -min(float(time[0]) for time, _ in streams.values() if time.size))
     return {name: (time + shift, values) for name, (time, values) in streams.items()}

@@ -8,11 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Stream, Streams
 from incsvr.plant.axes import BODY_YAW_RATE, VELOCITIES, YAW, Axis
 from incsvr.signals import RUN_PAUSE_S, TORQUE, YAW_RATE
-
-Streams = dict[str, tuple[Array, Array]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,14 +57,14 @@ class Recording:
         """The body's other velocities that were recorded, each (n,) under its own name, NaN where not sampled."""
         return {name: self.columns[name] for name in VELOCITIES if name in self.columns and name != self.axis.rate}
 
-    def streams(self) -> Streams:
+    def streams(self) -> dict[str, Stream]:
         """The streams as a learner of the axis hears them: its velocity and effort as yaw_rate and torque, and the
         channels; beside another axis than yaw the vehicle's own yaw rate, too."""
         heard = {self.axis.rate: YAW_RATE, self.axis.effort: TORQUE, **{name: name for name in self.channels}}
         named = {YAW.rate: BODY_YAW_RATE, **heard}
         return {named[name]: stream for name, stream in self.body_streams().items() if name in named}
 
-    def body_streams(self) -> Streams:
+    def body_streams(self) -> dict[str, Stream]:
         """Each column as a stream of its own: its stamps (m,) [s] and values (m,), without the empty cells."""
         sampled = {name: ~np.isnan(values) for name, values in self.columns.items()}
         return {name: (self.time[sampled[name]], values[sampled[name]]) for name, values in self.columns.items()}
@@ -77,7 +75,7 @@ class Recording:
         return replace(self, time=self.time[rows], columns={name: values[rows] for name, values in columns.items()})
 
 
-def from_streams(name: str, streams: Mapping[str, tuple[Array, Array]]) -> Recording:
+def from_streams(name: str, streams: Streams) -> Recording:
     """A recording of streams with stamps of their own: name → (stamps [s], strictly increasing, values)."""
     time = np.unique(np.concatenate(list({id(stamps): stamps for stamps, _ in streams.values()}.values())))
     columns = {}
