@@ -78,7 +78,7 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
     thrusters = [each for each in (inputs.thrusters, *(change.thrusters for change in changes)) if each is not None]
     places = list(dict.fromkeys((*inputs.places(), *(place for each in thrusters for place in each.places()))))
     _refuse_missing(places, tables)
-    known = _with_whole_stamps(places, tables)
+    known, marks = _without_marks(inputs, _with_whole_stamps(places, tables))
     doubts = tuple(_two_senders(inputs, known))
     rate = known[inputs.yaw_rate.topic]
     stamps = stamps_of(inputs.yaw_rate, rate)
@@ -87,7 +87,6 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
     if rate.arrival is None and stamps is not None:
         notes += table_time(tables[inputs.yaw_rate.topic], inputs.yaw_rate.stamp)[1]
     state = State(clock, _first_voltage(inputs, known))
-    known, marks = _without_marks(inputs, known)
     state, found, own = take(inputs, state, known, changes)
     for settings in thrusters:
         if settings.command == "pwm" and (silent := silent_outputs(settings, state, outputs_alone=True)):
@@ -211,7 +210,8 @@ def _two_senders(inputs: Inputs, tables: Mapping[str, Table]) -> Iterator[str]:
         share = by_turns(table.columns[SENDER], values) if SENDER in table.columns else None
         named = share is not None
         if share is None:
-            share = alternates(_rising(arrival_of(table, stamps) if stamps is None else stamps, values)[1])
+            in_order = _rising(arrival_of(table, stamps) if stamps is None else stamps, values)[1]
+            share = alternates(in_order, is_velocity=name == RATE)
         if share is not None:
             yield sentence(name, topic, share, named)
         if table.arrival is not None and stamps is not None and two_clocks(table.arrival, stamps):

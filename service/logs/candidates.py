@@ -38,12 +38,12 @@ _AXES = (
 
 
 def rank(values: Array, marked: bool = False) -> int:
-    """How poor a candidate is by its values (n,): 0 moving, 1 marked as no measurement, 2 still, 3 without any."""
+    """How poor a candidate is by its values (n,): 0 moving, 1 marked as no measurement, 2 still, 3 constant or none."""
     known = values[np.isfinite(values)]
-    if not known.size:
+    if not known.size or not np.ptp(known):
         return 3
     noise = white_noise(np.diff(known, 3)) if known.size > 10 else 0.0
-    return 2 if np.quantile(np.abs(known), 0.99) <= MIN_TURN_DEVIATIONS * noise or not known.any() else int(marked)
+    return 2 if np.quantile(np.abs(known), 0.99) <= MIN_TURN_DEVIATIONS * noise else int(marked)
 
 
 def ranks(log: Log, topics: Sequence[Topic]) -> dict[tuple[str, str], int]:

@@ -13,7 +13,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.words import AxisWords, words_of
-from incsvr.signals import REQUIRED
+from incsvr.signals import REQUIRED, YAW_RATE
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.column_spec import of_this_log
@@ -140,7 +140,7 @@ def refuse_two_senders(path: Path, recording: Recording) -> None:
     """Raises BadInput where the velocity or the effort alternates between two series of values."""
     words = words_of(recording.axis)
     for name, called in zip(REQUIRED, (words.rate_column, words.effort_column), strict=True):
-        share = alternates(recording.streams()[name][1])
+        share = alternates(recording.streams()[name][1], is_velocity=name == YAW_RATE)
         if share is not None:
             raise BadInput(f"{path}: {sentence(called, 'one name', share)}")
 

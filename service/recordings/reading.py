@@ -13,6 +13,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
+from incsvr.plant.words import words_of
 from service.cli.progress import progress
 from service.config.configuration import Config
 from service.inputs.clocks import table_time
@@ -21,6 +22,7 @@ from service.inputs.settings import Preset
 from service.inputs.table import ROWS
 from service.logs import Log, open_any
 from service.logs import reading as logs
+from service.logs.candidates import turning_instead
 from service.logs.cells import CellFault
 from service.logs.csv_log import open_log as open_csv
 from service.logs.cutting import (
@@ -37,10 +39,7 @@ from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.logs.suspect_columns import refuse_without_numbers
 from service.recordings.log_recording import armed_alone, recording_of
-from service.recordings.log_refusals import (
-    beside_assumptions,
-    refuse_two_senders,
-)
+from service.recordings.log_refusals import beside_assumptions, refuse_two_senders, stillness
 from service.recordings.recording import (
     Recording,
     column_of_axis,
@@ -182,9 +181,11 @@ class Reading:
             except BadInput as error:
                 log = _spelt_otherwise(path, error)
             else:
-                if self.learns:
+                if not self.learns:
+                    return recording
+                if self.axis != YAW or not _needs_another(path, recording):
                     refuse_two_senders(path, recording)
-                return armed_alone(path, recording, self.ours_whole) if self.learns else recording
+                    return armed_alone(path, recording, self.ours_whole)
         log = open_any(path) if log is None else log
         refuse_without_numbers(path, log)
         description = self.description
@@ -195,6 +196,22 @@ class Reading:
         measured = logs.read(path, log, proposal)
         with beside_assumptions((*proposal.sentences, *measured.notes)):
             return recording_of(self, path, log, proposal, measured)
+
+
+def _needs_another(path: Path, recording: Recording) -> bool:
+    """Whether the yaw rate of our own recording is still, or its torque constant, and another column moves instead."""
+    rate, torque = (recording.streams()[name][1] for name in ("yaw_rate", "torque"))
+    if np.ptp(rate) and np.ptp(torque) and stillness(rate, words_of(YAW)) is None:
+        return False
+    return _has_another(open_csv(path))
+
+
+def _has_another(log: Log) -> bool:
+    """Whether the yaw rate, or the torque, of a table is taken from another column than that of its name."""
+    inputs = logs.describe(log, NO_DESCRIPTION).inputs
+    source = inputs.yaw_rate
+    named = [each.field for each in (source, inputs.torque) if each is not None]
+    return named != ["yaw_rate", "torque"] or (source is not None and turning_instead(log, source, "yaw_rate") != "")
 
 
 def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
@@ -213,6 +230,8 @@ def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
         raise refusal from None
     table = log.table
     if log.notes or "t" in table.instants or ("t" in table.columns and table_time(table, "t")[1]):
+        return log
+    if {"t", "yaw_rate", "torque"} <= table.columns.keys() and _has_another(log):
         return log
     raise refusal
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from service.inputs.presets.columns import moving_column, unit_of
 from service.inputs.presets.proposal import NOTHING_FOUND, Observation, Proposal, first
 from service.inputs.settings import Armed, Inputs, Source
-from service.inputs.table import ROWS
+from service.inputs.table import ROWS, Topic
 
 REQUIRED_COLUMNS = ("t", "yaw_rate", "torque")
 
@@ -15,8 +16,16 @@ def proposal(observed: Observation) -> Proposal | None:
     if table is not None:
         sources = {name: Source(topic=ROWS, field=name, stamp="t") for name in table.fields if name != "t"}
         armed = Armed(topic=ROWS, field="armed", stamp="t") if sources.pop("armed", None) else None
-        rate, torque = sources.pop("yaw_rate"), sources.pop("torque")
-        return Proposal(Inputs(preset="incsvr", yaw_rate=rate, torque=torque, channels=sources, armed=armed))
+        rate, torque = _source(observed, table, "yaw_rate", 2), _source(observed, table, "torque", 3)
+        taken = {"yaw_rate": rate, "torque": torque}
+        others = {n: each for n, each in sources.items() if n not in (*taken, rate.field, torque.field)}
+        reasons = {
+            name: (f"{name} is the column {each.field!r}, because the values of {name!r} do not move",)
+            for name, each in taken.items()
+            if each.field != name
+        }
+        inputs = Inputs(preset="incsvr", yaw_rate=rate, torque=torque, channels=others, armed=armed)
+        return Proposal(inputs, reasons=reasons)
     keys = {topic.name: topic for topic in observed.topics if {"t", "value"} <= set(topic.fields)}
     prefix = next((name.removesuffix("/rate") for name in keys if name.endswith("/rate")), None)
     if prefix is None:
@@ -37,3 +46,10 @@ def proposal(observed: Observation) -> Proposal | None:
     if torque_key is None:
         return Proposal(inputs, missing={"torque": NOTHING_FOUND["torque"]}, unseen=frozenset({"torque"}))
     return Proposal(inputs)
+
+
+def _source(observed: Observation, table: Topic, name: str, poor: int) -> Source:
+    """The column of that name, or one that moves where that one's rank is as poor as `poor`, or poorer."""
+    is_poor = observed.ranks.get((table.name, name), 0) >= poor
+    field = (moving_column(observed, table, name) if is_poor else None) or name
+    return Source(topic=table.name, field=field, unit=unit_of(field), stamp="t")
