@@ -26,7 +26,7 @@ from service.cli.next_command import LOG_FLAGS, following, next_line
 from service.cli.output import add_json_argument, emit, refuse_unwritable
 from service.commands import log_configuration
 from service.commands.arguments import REPORT_WRITER, add_report_argument, provenance
-from service.commands.each_log import body_axes, refuse_frame, refuse_odd
+from service.commands.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
 from service.commands.good_enough import MAX_CHANGE_SHARE, Use, good_enough, good_enough_lines, noticing, unknown
 from service.commands.identify import TAKES, configured
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
@@ -130,7 +130,8 @@ def answer(args: argparse.Namespace) -> Comparison:
         refuse_implausible(recording, reading.several)
     recordings, order = _in_order(recordings)
     with beside_assumptions(notes_of(recordings)):
-        refuse_odd(recordings, body_axes(recordings), delays=True)
+        refuse_idle(recordings, body_axes(recordings))
+        refuse_odd(recordings, body_axes(recordings))
         refuse_frame(recordings)
     streams = [recording.body_streams() for recording in recordings]
     compared = compare(streams, [recording.name for recording in recordings], masses)

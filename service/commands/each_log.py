@@ -53,12 +53,36 @@ def column(run: Recording, name: str, change: str, several: bool) -> str:
     return f"--column {text if shlex.quote(plain) == plain else shlex.quote(text)}"
 
 
-def refuse_odd(runs: Sequence[Recording], axes: Sequence[Axis], sign_known: bool = False, delays: bool = False) -> None:
+MIN_EFFORT = 1e-9
+"""The largest effort [N, N m] below which nothing pushes: what is left of thrusts that cancel each other."""
+
+
+def refuse_idle(runs: Sequence[Recording], axes: Sequence[Axis]) -> None:
+    """Refuses logs in which velocities change, and no effort of any of these axes does in any log.
+
+    Raises:
+        BadInput: naming the first log, its effort, and where that comes from.
+    """
+    every = [(axis, run, run.body_streams()) for run in runs for axis in axes]
+    known = [(axis, run, each) for axis, run, each in every if axis.effort in each and each[axis.effort][0].size]
+    if not known or any(float(np.ptp(each[axis.effort][1])) > MIN_EFFORT for axis, _, each in known):
+        return
+    axis, run, streams = known[0]
+    words, source = words_of(axis), run.places.get(axis.effort)
+    where = f"its source, {source}" if source else "the thrusters' outputs, directions and frame"
+    reach = float(np.max(np.abs(streams[axis.rate][1]), initial=0.0)) if axis.rate in streams else 0.0
+    raise BadInput(
+        f"{run.name}: the {words.effort} is {float(streams[axis.effort][1][0]):.2g} {words.effort_unit} throughout, "
+        f"while the {words.rate} goes up to {reach:.2g} {words.rate_unit}: no effort is recorded; check {where} "
+        "(`incsvr inspect FILE` shows what there is)"
+    )
+
+
+def refuse_odd(runs: Sequence[Recording], axes: Sequence[Axis], sign_known: bool = False) -> None:
     """Refuses a log whose effort, or rate, counts otherwise than its motion or the other logs show.
 
     Args:
         sign_known: signs are taken as they are.
-        delays: whether a delay of one log's own is refused, too.
 
     Raises:
         BadInput: naming the log, and the flag that mends it.
@@ -79,8 +103,7 @@ def refuse_odd(runs: Sequence[Recording], axes: Sequence[Axis], sign_known: bool
             others = [other for each, other in seen if each is not run]
             if others:
                 _refuse_unit(run, found, others, axis)
-                if delays:
-                    _refuse_delay(run, found, others, axis)
+                _refuse_delay(run, found, others, axis)
 
 
 def _refuse_unit(run: Recording, found: Response, others: Sequence[Response], axis: Axis) -> None:
@@ -123,6 +146,8 @@ def _refuse_delay(run: Recording, found: Response, others: Sequence[Response], a
     usual = float(np.median(theirs))
     apart = found.delay - usual
     known = float(found.left.min()) < MAX_LEFT and np.ptp(theirs) <= MIN_OTHER_DELAY_S
+    inertia = float(np.median([each.inertia for each in others]))
+    known &= inertia / MIN_SCALE < found.inertia < MIN_SCALE * inertia  # where it is none, the delay is none either
     if len(others) == 1:  # of two, the one that is farther from none
         known &= abs(found.delay) > abs(usual)
     if not known or abs(apart) < MIN_OTHER_DELAY_S or float(found.left.min()) > MIN_BETTER_RATIO * found.left_at(usual):
@@ -131,7 +156,7 @@ def _refuse_delay(run: Recording, found: Response, others: Sequence[Response], a
     late, early = (words.rate, words.effort) if apart > 0.0 else (words.effort, words.rate)
     raise BadInput(
         f"{run.name}: the {late} is {abs(apart):.2g} s later against the {early} than in the other logs: a filter, or "
-        "the stamps, of this recording; export it again without, or leave this log out: its inertia cannot be compared"
+        "the stamps, of this recording; export it again without, or leave this log out"
     )
 
 

@@ -27,7 +27,7 @@ from service.commands.arguments import (
     provenance,
 )
 from service.commands.declaration import add_sign_argument, judge_declaration
-from service.commands.each_log import refuse_odd
+from service.commands.each_log import refuse_idle, refuse_odd
 from service.commands.fit_attempt import SMOOTHING
 from service.commands.fit_result import Fit
 from service.commands.fit_text import text
@@ -102,6 +102,7 @@ def _of_recordings(
     args: argparse.Namespace, config: Config, reading: Reading, runs: list[Recording], unseen: list[Recording]
 ) -> tuple[Fit, dict[str, Any], str]:
     refuse_twice([*runs, *unseen])
+    refuse_idle([*runs, *unseen], [reading.axis])
     if len(runs) + len(unseen) > 1:
         refuse_odd([*runs, *unseen], [reading.axis], args.assume_sign)
     torque = log_configuration.torque_set(config, args)

@@ -26,7 +26,7 @@ from service.cli.output import add_json_argument, emit, refuse_replacing, writin
 from service.cli.progress import progress
 from service.commands import log_configuration
 from service.commands.arguments import REPORT_WRITER, add_report_argument, provenance
-from service.commands.each_log import body_axes, refuse_frame, refuse_odd
+from service.commands.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
 from service.commands.good_enough import Use, good_enough, good_enough_lines, without_gyro
 from service.commands.trace_sensors import examine_sensors, with_heading_sign
 from service.config.configuration import Config
@@ -127,6 +127,7 @@ def _of_recordings(
     refuse_twice([*runs, *unseen])
     for run in (*runs, *unseen):
         refuse_implausible(run)
+    refuse_idle([*runs, *unseen], body_axes(runs))
     refuse_odd([*runs, *unseen], body_axes(runs))
     refuse_frame(runs)
     motion = prepared([run.body_streams() for run in runs])

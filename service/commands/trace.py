@@ -24,7 +24,7 @@ from service.cli.progress import progress
 from service.commands import log_configuration, other_velocities
 from service.commands.arguments import REPORT_WRITER, add_recordings_arguments, add_report_argument, provenance
 from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, judge_declaration
-from service.commands.each_log import refuse_odd
+from service.commands.each_log import refuse_idle, refuse_odd
 from service.commands.good_enough import (
     Use,
     closed_loop,
@@ -118,6 +118,7 @@ def _of_recordings(
     args: argparse.Namespace, reading: Reading, config: Config, recordings: list[Recording], fitted: int
 ) -> tuple[Trace, OtherVelocities]:
     refuse_twice(recordings)
+    refuse_idle(recordings, [reading.axis])
     if len(recordings) > 1:
         refuse_odd(recordings, [reading.axis], args.assume_sign)
     torque = log_configuration.torque_set(config, args)

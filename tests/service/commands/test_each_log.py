@@ -77,7 +77,7 @@ def judge(paths: list[Path], *flags: str) -> list[Recording]:
     runs = [run for path in paths for run in read_body(reading, [path])]
     for run in runs:
         refuse_implausible(run, reading.several)
-    refuse_odd(runs, body_axes(runs), delays=True)
+    refuse_odd(runs, body_axes(runs))
     refuse_frame(runs)
     return runs
 
@@ -151,6 +151,7 @@ def spinning(seed: int) -> dict[str, Array]:
 
 
 MAY, JUNE, JULY = spinning(5), spinning(6), spinning(7)
+TIME_COUNT = MAY["yaw_rate"].size
 
 
 @pytest.mark.parametrize(
@@ -188,6 +189,30 @@ def test_fit_and_trace_name_the_log(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "--column june.csv:torque=-torque" in said
     if command == "fit":
         assert main([command, *paths, "--inertia", "0.6", "--column", "june.csv:torque=-torque"]) == 0
+
+
+@pytest.mark.parametrize("words", [["fit", "--inertia", "0.6"], ["trace", "--inertia", "0.6"], ["identify"]])
+def test_every_command_names_a_late_log(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
+    dives = (("may", MAY), ("june", {**JUNE, "torque": late(JUNE["torque"], 2)}), ("july", JULY))
+    paths = [str(saved(tmp_path, f"{name}.csv", each)) for name, each in dives]
+    assert main([words[0], *paths, *words[1:]]) == 2
+    assert "june.csv: the torque is 0.1 s later against the yaw rate" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["fit", "--inertia", "0.6"], ["trace", "--inertia", "0.6"], ["identify"]])
+def test_no_effort_at_all_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
+    cancelled = {**MAY, "torque": 1e-15 * MAY["torque"]}
+    assert main([words[0], str(saved(tmp_path, "may.csv", cancelled)), *words[1:]]) == 2
+    said = capsys.readouterr().err
+    assert "may.csv: the torque is " in said
+    assert "throughout, while the yaw rate goes up to" in said
+
+
+def test_columns_of_zeros_are_no_axes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """An attitude without its rates of roll and pitch holds zeros there."""
+    zeros = {name: np.zeros(TIME_COUNT) for name in ("roll_rate", "pitch_rate")}
+    assert main(["identify", str(saved(tmp_path, "may.csv", {**MAY, **zeros}))]) == 0
+    assert "roll is not identified: no roll_rate was recorded that changes" in capsys.readouterr().out
 
 
 def test_real_changes_pass(tmp_path: Path) -> None:
