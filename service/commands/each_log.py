@@ -12,7 +12,16 @@ from math import degrees
 
 import numpy as np
 
-from incsvr.checks.own_motion import MIN_BETTER_RATIO, Filtered, Response, filtered, lever, planar, response, turned
+from incsvr.checks.own_motion import (
+    MIN_BETTER_RATIO,
+    Filtered,
+    Response,
+    filtered,
+    lever,
+    planar,
+    response,
+    world_frame,
+)
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, Axis
@@ -34,8 +43,6 @@ MAX_LEFT = 0.05
 """Share of an effort that is left at most where a delay is known well."""
 MIN_FRAME_LEFT = 0.05
 """Share that is left at least where velocities may be those of another place or frame."""
-MIN_TURN_RAD = 1.0
-"""How far a heading turns at least to show a frame [rad]."""
 
 
 def column(run: Recording, name: str, change: str, several: bool) -> str:
@@ -190,15 +197,14 @@ def refuse_frame(runs: Sequence[Recording]) -> None:
             raise BadInput(f"{run.name}: heading looks like degrees and is read as radians: give {flag}")
     parts = [part for _, part, _ in seen]
     whole, headings = reduce(Filtered.joined, parts), [each for _, _, each in seen if each is not None]
-    found, heading = planar(whole), np.concatenate(headings) if len(headings) == len(parts) else None
-    if found.left > MIN_FRAME_LEFT and heading is not None and np.ptp(heading) > MIN_TURN_RAD:
-        for frame, swapped in (("north_east", False), ("east_north", True)):
-            if planar(turned(whole, heading, swapped)).left < MIN_BETTER_RATIO * found.left:
-                north, east = frame.split("_")
-                raise BadInput(
-                    f"surge and sway look like velocities to the {north} and {east}: turned by the heading, they "
-                    f"explain the efforts; give --set inputs.velocity_frame={frame}"
-                )
+    found = planar(whole)
+    recorded = len(headings) == len(parts)
+    heading = np.concatenate(headings) if recorded else None
+    frame = None
+    if found.left > MIN_FRAME_LEFT and (recorded or len(parts) == 1):
+        frame = world_frame(whole, heading, found.left)
+    if frame is not None:
+        raise BadInput(_of_world(seen[0][0], *frame, recorded))
     _refuse_hands([run for run, _, _ in seen], parts)
     place = lever(whole) if found.left > MIN_FRAME_LEFT else None
     if place is not None:
@@ -207,6 +213,21 @@ def refuse_frame(runs: Sequence[Recording]) -> None:
             f"surge and sway are the velocities of a place {ahead} where the efforts act, and {abs(place[1]):.2f} m "
             f"beside it; give it: --set 'inputs.velocity_place=[{place[0]:.2f}, {place[1]:.2f}, 0]'"
         )
+
+
+def _of_world(run: Recording, frame: str, mirrored: bool, with_heading: bool) -> str:
+    """The sentence on velocities in the world's frame."""
+    north, east = frame.split("_")
+    looks = f"surge and sway look like velocities to the {north} and {east}: turned by the "
+    if not with_heading:
+        return (
+            f"{looks}integral of the yaw rate, they explain the efforts; record the heading, name it by --column "
+            f"heading=NAME, and give --set inputs.velocity_frame={frame}"
+        )
+    side = "surge" if frame == "east_north" else "sway"
+    turn = f"{column(run, side, '-', False)} " if mirrored else ""
+    other = ", east counted to the other side than the heading" if mirrored else ""
+    return f"{looks}heading{other}, they explain the efforts; give {turn}--set inputs.velocity_frame={frame}"
 
 
 def _in_plane(runs: Sequence[Recording]) -> list[tuple[Recording, Filtered, Array | None]]:

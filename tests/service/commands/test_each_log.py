@@ -103,6 +103,8 @@ def test_vehicles_of_one_hand_pass(tmp_path: Path) -> None:
         (at(ONE, -0.25, 0.3), "velocities of a place 0.25 m behind where the efforts act, and 0.30 m beside it"),
         (in_world(ONE, False), "look like velocities to the north and east"),
         (in_world(ONE, True), "look like velocities to the east and north"),
+        (turned_by(in_world(ONE, False), "sway"), "east counted to the other side than the heading"),
+        (turned_by(in_world(ONE, True), "surge"), "east counted to the other side than the heading"),
         ({**ONE, "heading": np.degrees(ONE["heading"])}, "heading looks like degrees"),
     ],
 )
@@ -128,6 +130,16 @@ def test_another_hand_place_or_frame_is_named_and_its_cure_mends_it(
     if "velocities" in said:
         for name in ("surge", "sway"):
             np.testing.assert_allclose(mended[name][1], ONE[name], atol=0.03)
+
+
+def test_velocities_to_the_north_without_a_heading_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    columns = {name: values for name, values in in_world(ONE, False).items() if name != "heading"}
+    assert main(["identify", str(saved(tmp_path, "dive.csv", columns))]) == 2
+    assert "turned by the integral of the yaw rate, they explain the efforts; record" in capsys.readouterr().err
+    body = {name: values for name, values in ONE.items() if name != "heading"}
+    judge([saved(tmp_path, "body.csv", body)])
 
 
 def yaw_alone(columns: dict[str, Array]) -> dict[str, Array]:
