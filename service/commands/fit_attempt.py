@@ -32,6 +32,7 @@ from service.config.traced_effects import TracedEffects
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import (
     learner_for,
+    remarks_of,
     samples_of,
     signals_for,
     wanted_streams,
@@ -168,9 +169,10 @@ class HeldTooSeldom(BadInput):
 def too_few(runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int) -> BadInput:
     """The refusal of recordings that give `count` samples."""
     because = of_a_command(runs, signals, terms, count, batch)
+    doubts = [f"{run.name}: {doubt}; " for run in runs for doubt in remarks_of(run, signals.smoothing)]
     return because or BadInput(
-        f"{sequence(runs).name}: {count} damping samples, but one batch needs {batch}; give more or longer "
-        f"recordings (a sample every {signals.sample_period:g} s)"
+        f"{''.join(doubts)}{sequence(runs).name}: {count} damping samples, but one batch needs {batch}; give more or "
+        f"longer recordings (a sample every {signals.sample_period:g} s)"
     )
 
 
