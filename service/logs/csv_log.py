@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import gzip
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,10 +12,16 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from service.inputs.table import ROWS, Table, Topic
 from service.logs.cells import EMPTY_CELLS, columns_of, refuse_split_decimals
-from service.logs.opening import GZIP, first_bytes
+from service.logs.opening import GZIP, UTF_16, first_bytes
 from service.number import number_of
 
 _DELIMITERS = ",;\t|"
+REMARKS = ("#", "%", "//")
+"""What a remark above a table begins with."""
+SPACE = 0x20
+"""The first character that is written."""
+HEAD_LINES = 20
+"""Lines by which a table is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +50,7 @@ def open_log(path: Path) -> TableLog:
         BadInput: it is no table of text.
     """
     text = _text(path)
-    lines = text.lstrip("\ufeff").splitlines()
-    while lines and (not lines[0].strip() or lines[0].lower().startswith("sep=")):  # a spreadsheet's own line
-        lines.pop(0)
+    lines = _from_header(text.lstrip("\ufeff").splitlines())
     if not lines:
         raise BadInput(f"{path}: the file is empty; a log begins with a header that names its columns")
     delimiter = max(_DELIMITERS, key=lines[0].count)
@@ -63,16 +68,52 @@ def open_log(path: Path) -> TableLog:
     return TableLog("CSV", Table(None, found.numbers, found.texts, found.instants), found.notes)
 
 
+def _from_header(lines: list[str]) -> list[str]:
+    """The lines from the header on, without what people and spreadsheets write above it.
+
+    Above it are empty lines, `sep=;`, remarks, and titles without a delimiter. Where numbers follow the last remark,
+    that one is the header.
+    """
+    first, remark = 0, -1
+    separated = sum(any(mark in line for mark in _DELIMITERS) for line in lines[:HEAD_LINES])
+    is_table = 2 * separated > min(len(lines), HEAD_LINES)
+    for first, line in enumerate(lines):
+        if line.startswith(REMARKS) and any(mark in line for mark in (*_DELIMITERS, " ")):
+            remark = first
+            continue
+        is_title = is_table and not any(mark in line for mark in _DELIMITERS)
+        if line.strip() and not is_title and not line.lower().startswith("sep="):
+            break
+    else:
+        return []
+    cells = re.split(f"[{_DELIMITERS}]|\\s+", lines[first].strip())
+    if remark == first - 1 and remark >= 0 and all(map(_is_number, cells)):
+        return [lines[remark].lstrip("".join(REMARKS)), *lines[first:]]
+    return lines[first:]
+
+
 def _text(path: Path) -> str:
     try:
         content = path.read_bytes()
         if first_bytes(path).startswith(GZIP):
             content = gzip.decompress(content)
-        return content.decode("utf-8")
+        return _decoded(content)
     except OSError as error:
         raise BadInput(f"{path}: cannot be read ({error.strerror or error}); give the path of a recording") from None
     except (UnicodeDecodeError, EOFError):
         raise BadInput(f"{path}: this is no CSV text; export the recording as UTF-8 CSV") from None
+
+
+def _decoded(content: bytes) -> str:
+    """The text of a table, of whichever program."""
+    if content.startswith(UTF_16):
+        return content.decode("utf-16")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        if any(byte < SPACE and chr(byte) not in "\t\r\n" for byte in content):
+            raise  # no text at all
+        return content.decode("cp1252")
 
 
 def _rows(path: Path, lines: Sequence[str], delimiter: str) -> list[list[str]]:
