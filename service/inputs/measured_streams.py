@@ -188,10 +188,15 @@ def _notes(
         if clock.pace != 1.0 and not is_own:
             yield pace_note(RATE, clock.pace)
         if stamps is not None and not is_own:
-            if clock.of_arrival and (found := pace(arrival_of(tables[topic], stamps), stamps)) != 1.0:
+            if (
+                name == TORQUE
+                and clock.pace == 1.0
+                and (found := pace(arrival_of(tables[topic], stamps), stamps)) != 1.0
+            ):
+                bears = "bears no stamp" if clock.of_arrival else "bears the stamps of the arrivals"
                 raise BadInput(
-                    f"yaw_rate bears no stamp, and those of {name} run at {found:.3g} times the speed of the "
-                    "arrivals, as a simulator's do: record the yaw rate with stamps of that clock"
+                    f"yaw_rate {bears}, and those of {name} run at {found:.3g} times the speed of the arrivals, as a "
+                    "simulator's do: record the yaw rate with stamps of that clock"
                 )
             yield f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used"
 
