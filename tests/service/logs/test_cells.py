@@ -166,3 +166,15 @@ def test_marks_of_no_measurement_are_left_out(mark: float, is_command: bool, lef
     pulses = np.where(np.arange(400) % 50 < 3, 40.0, 0.0)
     assert without_marks("torque", pulses, True)[1] is None
     assert without_marks("surge", RATE)[1] is None
+
+
+def test_zeros_of_a_doppler_log_without_bottom_are_left_out() -> None:
+    lost = np.arange(400) % 50 < 7
+    found, note = without_marks("surge", np.where(lost, 0.0, RATE))
+    assert note is not None
+    assert note.startswith("surge drops to exactly 0 in 56 of 400 samples")
+    np.testing.assert_array_equal(np.isnan(found), lost)
+    still = np.where(np.sin(np.arange(400) * 0.02) < 0.0, 0.0, RATE)  # at rest by turns
+    for sound in (still, np.round(RATE, 1), np.where(RATE > 0.0, RATE, 0.0), np.where(np.arange(400) < 90, 0.0, RATE)):
+        assert without_marks("surge", sound)[1] is None
+    assert without_marks("voltage", np.where(lost, 0.0, RATE))[1] is None
