@@ -16,7 +16,7 @@ from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import REQUIRED, YAW_RATE
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
-from service.inputs.column_spec import of_this_log
+from service.inputs.column_spec import of_this_log, typed_source
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.senders import alternates, sentence
 from service.inputs.settings import Inputs, Source
@@ -42,7 +42,7 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words
         return
     cure = (
         f"the {words.effort} is a fraction of full thrust, not {words.effort_unit}, until its scale is given: "
-        f"--column '{words.effort_column}={torque.topic}.{torque.field}*NEWTON_METRES'"
+        f"--column '{words.effort_column}={typed_source(torque)}*NEWTON_METRES'"
     )
     time, rate = measured.streams["yaw_rate"]
     if measured.armed is not None:
