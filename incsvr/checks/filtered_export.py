@@ -18,6 +18,8 @@ STRAIGHT_SHARE, MAX_BEND_SHARE = 0.7, 0.02
 """Share of a moving command without a bend, and how large a bend is none, in parts of its steps."""
 SIX_DIGITS = 2e-5
 """Bend of a motion that is none, in parts of its size, where its values have six digits."""
+MIN_REPEATS = 3
+"""Times that each value of a motion comes from which on a slower stream was filled up: some send each value twice."""
 MAX_PIECE = 50
 """Samples of a straight piece of a motion at most: from step to step of a command, a motion without noise has more."""
 MIN_JOINT_SHARE, MIN_JOINTS = 0.3, 12
@@ -44,6 +46,9 @@ def filtered_export(rate: Stream, effort: Stream) -> str | None:
     for name, values in (("effort", effort[1]), ("rate", rate[1])):
         if joined_by_lines(values, is_exact=name == "rate"):
             return f"the {{{name}}} has only straight pieces between joints, as where it was resampled by lines: {RAW}"
+    count = repeats(rate[1])
+    if count >= MIN_REPEATS:
+        return f"the {{rate}} repeats each of its values {count} times, as where a slower stream was filled up: {RAW}"
     if answers_early(rate, effort):
         return (
             "the {rate} changes before the {effort} does, as where it was filtered both ways, or the {effort}'s stamps "
@@ -57,6 +62,15 @@ def filtered_export(rate: Stream, effort: Stream) -> str | None:
             f"which do not show its acceleration; {RAW}"
         )
     return None
+
+
+def repeats(values: Array) -> int:
+    """How many times each value of a motion (n,) comes, where nearly all come equally often; else 1."""
+    lengths = np.diff(np.flatnonzero(np.concatenate(([True], np.diff(values) != 0.0, [True]))))
+    if lengths.size < 3 * MIN_JOINTS:
+        return 1
+    usual = int(np.median(lengths))
+    return usual if float(np.mean(lengths == usual)) > 0.9 else 1
 
 
 def joined_by_lines(values: Array, is_exact: bool = False) -> bool:

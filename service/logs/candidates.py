@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -92,7 +93,7 @@ def turning_instead(log: Log, source: Source, name: str) -> str:
     best = source.model_copy(update={"topic": found[0][1][0], "field": found[0][1][1], "sign": 1})
     return (
         f"; what turns is {', '.join(named)}: if that is the vehicle's yaw, give --column "
-        f"{name}={typed_source_with_unit(best)}"
+        f"{shlex.quote(f'{name}={typed_source_with_unit(best)}')}"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from math import degrees, pi
 from pathlib import Path
@@ -67,7 +68,8 @@ def refuse_without_numbers(path: Path, log: Log) -> None:
 
 
 def _sentence(name: str, source: Source, looks: str, taken: str) -> str:
-    return f"{name} looks like {looks} and is read as {taken}: --column {name}={typed_source(source)}:{looks}"
+    place = shlex.quote(f"{name}={typed_source(source)}:{looks}")
+    return f"{name} looks like {looks} and is read as {taken}: --column {place}"
 
 
 def _beyond(name: str, source: Source, streams: Mapping[str, Stream]) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -124,7 +125,8 @@ def _in_degrees(source: Source | None, axis: Axis) -> str:
     """The flag for a yaw rate in degrees per second that was read as rad/s."""
     if source is None or axis.along or source.unit not in ("", "rad/s"):
         return ""
-    return f"; if it is in degrees per second, give the unit: --column {axis.rate}={typed_source(source)}:deg/s"
+    place = shlex.quote(f"{axis.rate}={typed_source(source)}:deg/s")
+    return f"; if it is in degrees per second, give the unit: --column {place}"
 
 
 def _later(streams: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array, Array]]:

@@ -63,6 +63,10 @@ CASES = {
     "degrees per second in our own": Case(
         {"t": T, **MAY, "yaw_rate": np.degrees(RATE)}, FIT, "beyond the plausible", "--column yaw_rate=yaw_rate:deg/s"
     ),
+    "degrees per second in a name with a space": Case(
+        {"time": T, "yaw rate (rad/s)": np.degrees(RATE), "tau": TORQUE}, FIT, "beyond the plausible",
+        "--column 'yaw_rate=yaw rate (rad/s):deg/s'",
+    ),
     "a heading in degrees": Case(
         {**WHOLE, "heading": np.degrees(ONE["heading"])}, ("identify",), "heading looks like degrees",
         "--column heading=heading:deg",

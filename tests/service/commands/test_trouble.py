@@ -175,6 +175,11 @@ def both_ways(values: Array, width: int) -> Array:
         ((TIME, MAY["yaw_rate"]), (TIME, np.interp(TIME, EVERY, MAY["torque"][::10])), "resampled by lines"),
         ((TIME, np.interp(TIME, EVERY, MAY["yaw_rate"][::10])), (TIME, MAY["torque"]), "{rate} has only straight"),
         ((TIME, np.round(np.interp(TIME, TIME[::4], MAY["yaw_rate"][::4]), 4)), (TIME, MAY["torque"]), "{rate} has"),
+        (
+            (TIME, np.repeat(MAY["yaw_rate"][::4], 4)[: TIME.size]),
+            (TIME, MAY["torque"]),
+            "repeats each of its values 4",
+        ),
         ((TIME, np.round(clean(MAY["torque"]), 4)), (TIME, MAY["torque"]), None),
         ((TIME, clean(np.repeat(MAY["torque"][::40], 40)[: TIME.size])), (TIME, np.sin(TIME)), None),
         ((EVERY, averaged(MAY["yaw_rate"], 10)), (EVERY, averaged(MAY["torque"], 10)), "means or thinned samples"),
