@@ -18,8 +18,9 @@ from benchmarks.trace import answer
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
-from service.commands.fit_alternatives import AS_GIVEN
-from service.commands.fit_result import Fit
+from service.fitting.fit import Fit
+from service.fitting.terms import Terms
+from service.fitting.training import AS_GIVEN
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
 from simulator.mission import Mission
@@ -51,11 +52,11 @@ def examine(case: Case) -> Record:
     for policy in ("paper", "weighted"):
         signals = signals_for([outcome.recording], outcome.inertia, RATE_LIMIT)
         try:
-            fit = Fit.of([outcome.recording], [], signals, None, {"policy": policy}, by_person=AS_GIVEN)
+            fit = Fit.of([outcome.recording], [], signals, Terms(chosen={"policy": policy}, by_person=AS_GIVEN))
         except BadInput as refusal:
             found[policy] = {"refused": str(refusal)}
             continue
-        found[policy] = judged(outcome, fit.iterations[-1].model)
+        found[policy] = judged(outcome, fit.model)
     return found | answer(outcome.recording, outcome.inertia)
 
 

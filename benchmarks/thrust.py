@@ -18,8 +18,8 @@ from benchmarks.study import MEASURED, Record, grouped, run, share, table
 from incsvr.forecasting.thrust_watch import ThrustChange
 from incsvr.numerics import root_mean_square
 from incsvr.signals import TORQUE, YAW_RATE
-from service.commands.config_output import scaled_config
 from service.config.sources import read
+from service.fitting.scaled import scaled_config
 from service.learner.node import LearnerNode
 from service.recordings.recording import Recording, sequence
 from service.recordings.recording_csv import RATE_LIMIT

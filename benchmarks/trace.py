@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.study import Record, grouped, run, share, table
 from incsvr.errors import BadInput
 from incsvr.tracing.result import trace
-from service.commands.trace import runs_of
+from service.fitting.trace import runs_of
 from service.recordings.recording import Recording
 from simulator.mission import EFFECTS, LISTS, ON_CHANNEL, Mission
 from simulator.sensors import CHANNELS, Sensor, own_clocks, torque_sensor

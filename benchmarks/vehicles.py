@@ -29,8 +29,8 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.channels import usable_channels
 from incsvr.tracing.recordings import recordings_of
 from incsvr.tracing.run import Run
-from service.commands.fit_result import Fit
-from service.commands.trace import runs_of, trace_recordings
+from service.fitting.fit import Fit
+from service.fitting.trace import runs_of, trace_recordings
 from service.recordings.recording import Recording, sequence
 from service.recordings.recording_csv import read
 from service.recordings.samples_from_recording import samples_of, signals_for
@@ -141,7 +141,7 @@ def _process(given: Material) -> Motion:
 
 def _learner(given: Material) -> Motion:
     signals = signals_for(given.fitted, given.inertia, given.axis.fastest)
-    model = Fit.of(given.fitted, (), signals, None).iterations[-1].model
+    model = Fit.of(given.fitted, (), signals).model
     return given.curve(lambda rate: model.predict(rate).damping)
 
 

@@ -65,6 +65,7 @@ SERVICE_ROOMS = (
     "state",
     "recordings",
     "learner",
+    "fitting",
     "health",
     "live",
     "bus",

@@ -13,7 +13,7 @@ from incsvr.model.directions import directions
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import gain, left_out
-from incsvr.model.predictor import frequencies, predictor
+from incsvr.model.predictor import Predictor, frequencies, predictor
 from incsvr.model.rivals import excluded_free_runs
 from incsvr.model.rows import Row, free_products, mirrored
 from incsvr.model.scales import coarse_period, fastest, motion_scale, step_of, time_constants
@@ -202,18 +202,28 @@ def identify(
     return Identification(result, alone, effects, base.reliability, models, excluded)
 
 
-def leaving(found: Identification, names: Collection[str]) -> Identification:
-    """The identification without some of its effects; what remains is fitted anew."""
-    was, structure = found.found, found.found.fit.structure
-    for each in was.added:
-        if each.name in names:
-            structure = without(structure, each.candidate, found.base.structure)
-    again = fit(structure, was.fit.theta, was.fit.problem, was.fit.starts)
-    result = replace(was, fit=again, added=tuple(each for each in was.added if each.name not in names))
+def leaving(found: Identification, names: Mapping[str, str]) -> Identification:
+    """The identification without some of its effects, by name why; what remains is fitted anew, and completed."""
+    was = found.found
+    kept = tuple(each for each in was.added if each.name not in names)
+    begun = Found(remaining(found, names), kept, {**was.refused, **names})
+    result = search(Predictor(found.base, found.reliability), found.effects, begun=begun)
     models = _simulators(found.models["plain"], result)
     return replace(
         found, found=result, models=models, excluded=excluded_free_runs(models, was.fit.problem.windows.runs)
     )
+
+
+def remaining(found: Identification, names: Collection[str]) -> Fit:
+    """The predictor without some of its effects, fitted anew."""
+    was, structure, theta = found.found, found.found.fit.structure, dict(found.found.fit.theta)
+    for each in was.added:
+        if each.name in names:
+            structure = without(structure, each.candidate, found.base.structure)
+            theta |= {name: found.base.theta[name] for name in each.candidate.start if name in found.base.theta}
+        else:
+            theta |= each.candidate.start  # before what leaves had moved it
+    return fit(structure, theta, was.fit.problem, was.fit.starts)
 
 
 def _with_curve(plain: Fit, runs: Sequence[Streams]) -> Fit:

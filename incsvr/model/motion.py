@@ -107,6 +107,8 @@ class Motion:
             self.edges[:, j] = windows.channel[name][windows.at]
         self.constants = [self.value[f"time:{row.key}"][:, None] for row in self.memories]
         self._at = {name: k for k, name in enumerate(self.signals)}
+        if structure.predictor:
+            self._fade = self.value_of("fade")[:, :, None]
         self._arrange(shape[2])
 
     def _arrange(self, wide: int) -> None:
@@ -119,7 +121,7 @@ class Motion:
             if a == 0 or b == 0:
                 self._whole[:, :, a + b] += self.matrix[:, :, k]
         self._whole[:, :, count:] = self.matrix[:, :, true]
-        if self.structure.predictor:  # an acceleration that lasts until a sample contradicts
+        if self.structure.predictor:  # an acceleration
             self._whole[:, :, states - size + 1 : states + 1] += np.eye(size)
         self._all = np.ones((self.count, count + true.size, wide))
         self._values, self._products = self._all[:, :count], self._all[:, count:]
@@ -143,11 +145,11 @@ class Motion:
         """(columns, axes) of a predictor: of the velocities, and of the disturbances [1/s]."""
         if not self.structure.predictor:
             return None
-        gain, drift = (
-            np.stack([self.value[f"{kind}:{axis}"] for axis in self.structure.axes], axis=1)
-            for kind in ("gain", "drift")
-        )
-        return gain, drift
+        return self.value_of("gain"), self.value_of("drift")
+
+    def value_of(self, kind: str) -> Array:
+        """(columns, axes) a parameter of every axis."""
+        return np.stack([self.value[f"{kind}:{axis}"] for axis in self.structure.axes], axis=1)
 
     def enter(self, k: int, part: float) -> None:
         """Reads efforts, which are means of step k, and channels at a part of it: 0, 0.5 or 1."""
@@ -158,8 +160,7 @@ class Motion:
             self._channels[:] = before if part == 0.0 else after if part == 1.0 else 0.5 * (before + after)
 
     def slope(self, out: Array) -> None:
-        """Writes the slope of `state` (columns, states, windows), at the instant that was entered, but the 0 of a
-        disturbance."""
+        """Writes the slope of `state` (columns, states, windows), at the instant that was entered."""
         size = len(self.structure.axes)
         for function in self._fill:
             function()
@@ -173,6 +174,8 @@ class Motion:
             np.matmul(self._whole, self._all, out=out[:, :size])
         if self.angles:
             self.turning(self._values[:, 1:], out[:, size : size + len(self.angles)])
+        if self.structure.predictor:
+            np.multiply(self.state[:, -size:], -self._fade, out=out[:, -size:])
         for j, (row, constant) in enumerate(zip(self.memories, self.constants, strict=True), size + len(self.angles)):
             out[:, j] = (self._values[:, 1 + self._at[row.follows]] - self.state[:, j]) / constant
 

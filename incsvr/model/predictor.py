@@ -1,14 +1,14 @@
 """The predictor of a model: corrected by each sample, with white innovations, it is right in open and in closed loop.
 
 Water pushes for seconds, and a controller answers it: a simulation takes that answer for dynamics. The predictor has a
-disturbance on each axis and fitted gains; what remains of its errors' colour is taken out by an autoregression
-(L. Ljung, System Identification, 2nd ed., Sections 4.3 and 13.4). A measured effort has noise that never acts, by
-which thrust would seem too small: where its smoothed course predicts better, that is the effort.
+disturbance on each axis, which fades, and fitted gains; what remains of its errors' colour is taken out by an
+autoregression (L. Ljung, System Identification, 2nd ed., Sections 4.3 and 13.4). A measured effort has noise that never
+acts, by which thrust would seem too small: where its smoothed course predicts better, that is the effort.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.scales import fastest, step_of
 from incsvr.model.series import duration, effort_of, noise, period, values
-from incsvr.model.structure import Structure
+from incsvr.model.structure import OF_PREDICTOR, Structure, Theta
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, robust_deviation
 from incsvr.numerics.lapack import tridiagonal
@@ -38,7 +38,7 @@ class Predictor:
     """
 
     fit: Fit
-    reliability: dict[str, float]
+    reliability: Mapping[str, float]
 
 
 def predictor(
@@ -51,18 +51,21 @@ def predictor(
     axes = plain.structure.axes
     fast = fastest(plain.structure, plain.theta, runs)
     sample = min(period(runs, axis) for axis in axes)
-    step = step_of(sample, 0.25 * fast)
-    horizon = max(duration(runs, axes[0]) / windows, 20.0 * sample)
+    step = step_of(sample, 0.25 * fast, 0.2)
+    length = duration(runs, axes[0])
+    horizon = max(min(length / windows, 150.0 * sample), 20.0 * sample)
     structure = replace(plain.structure, predictor=True)
-    best = _ended(_begun(structure, plain, runs, step, horizon, sample))
+    shifts = {name: 0.0 for name in structure.names if name.startswith("shift")}
+    begins = [{**plain.theta, **shifts, **_gains(axes, gain, drift / sample)} for gain, drift in STARTS]
+    best = _ended(_begun(structure, begins, runs, step, horizon))
     reliability = dict.fromkeys(structure.driven, 1.0)
     noisy = [axis for axis in structure.driven if _is_noisy(runs, effort_of(axis))]
     if noisy:
         smoothed = [_smoothed(runs, [effort_of(axis) for axis in noisy], ratio) for ratio in WALKS]
-        way = (best.structure.ways[noisy[0]],)
-        trials = [_begun(best.structure, plain, acting, step, horizon, sample, way) for acting, _ in smoothed]
+        way, begins = (best.structure.ways[noisy[0]],), [{**best.theta, **shifts}]
+        trials = [_begun(structure, begins, acting, step, horizon, way) for acting, _ in smoothed]
         which = int(np.argmin([each.value for each in trials]))
-        again = _begun(structure, plain, smoothed[which][0], step, horizon, sample)  # noise had hidden the way
+        again = _begun(structure, begins, smoothed[which][0], step, horizon)  # noise had hidden the way
         found = _ended(min(trials[which], again, key=lambda each: each.value))
         if found.value < best.value - 10.0:  # the samples as they are, unless others clearly predict better
             best = found
@@ -72,28 +75,23 @@ def predictor(
 
 def _begun(
     structure: Structure,
-    plain: Fit,
+    begins: Sequence[Theta],
     runs: Sequence[Streams],
     step: float,
     horizon: float,
-    sample: float,
     ways: Sequence[str] = WAYS,
 ) -> Fit:
     """The best of the predictors from all starts and ways after a few rounds.
 
-    In closed loop the plain model has those of a controller.
+    The start of the first way is that of the others, because neither sensor nor water depend on the way.
     """
-    shifts = {name: 0.0 for name in structure.names if name.startswith("shift")}
-    found = []
+    found = list[Fit]()
     for way in ways:
         other = replace(structure, ways=dict.fromkeys(structure.driven, way))
         problem = Problem(cut(runs, other, step, horizon))
-        for gain, drift in STARTS:
-            theta = {**plain.theta, **shifts, **_gains(structure.axes, gain, drift / sample)}
-            found.append(fit(other, theta, problem, rounds=4))
-    reached = min(found, key=lambda each: each.value).theta
-    gains = {name: reached[name] for name in reached if name.startswith(("gain", "drift"))}
-    found.append(fit(structure, {**plain.theta, **gains}, problem, rounds=4))
+        tried = [fit(other, each, problem, rounds=4) for each in begins]
+        best = min(range(len(tried)), key=lambda k: tried[k].value)
+        begins, found = [begins[best]], [*found, tried[best]]
     return min(found, key=lambda each: each.value)
 
 
@@ -109,8 +107,9 @@ def _is_noisy(runs: Sequence[Streams], name: str) -> bool:
 
 
 def _gains(axes: Sequence[str], gain: float, drift: float) -> dict[str, float]:
-    """Both gains of every axis, as in θ; `drift` [1/s]."""
-    return {f"gain:{axis}": gain for axis in axes} | {f"drift:{axis}": float(np.log(drift)) for axis in axes}
+    """The parameters of every axis's predictor, as in θ; `drift` [1/s], which a disturbance outlives ten times."""
+    own = {"gain": gain, "drift": float(np.log(drift)), "fade": float(np.log(0.1 * drift))}
+    return {f"{kind}:{axis}": own[kind] for kind in OF_PREDICTOR for axis in axes}
 
 
 def whitened(found: Fit, lags: int = 4) -> Fit:

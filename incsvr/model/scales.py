@@ -51,11 +51,14 @@ def coarse_period(runs: Sequence[Streams], axes: Sequence[str], constant: float,
     return max(min(period(runs, axis) for axis in axes), share * constant)
 
 
-def step_of(sample: float, constant: float) -> float:
-    """An even part of the sample period [s]: at most two fifths of the fastest time constant.
+def step_of(sample: float, constant: float, fine: float = 0.05) -> float:
+    """An even part of the sample period [s]: at most two fifths of the fastest time constant; the whole period where it
+    is no more than a `fine` share of that.
 
-    Half a period at most, because a velocity bends where a command changes: coarser steps put inertias out of 17 of 64
-    intervals that hold 63 with these. An eighth at least, because no log shows faster motion.
+    Else half a period at most, because a velocity bends where a command changes: coarser steps put inertias out of 17
+    of 64 intervals that hold 63 with these. An eighth at least, because no log shows faster motion.
     """
+    if sample <= fine * constant:
+        return sample
     parts = np.ceil(sample / (0.4 * constant) - 1e-9)
     return float(sample / np.clip(2.0 * np.ceil(0.5 * parts), 2.0, 8.0))

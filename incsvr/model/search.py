@@ -60,6 +60,7 @@ def search(
     most: int = 6,  # of a dozen vehicles none had more
     enough: float = 12.0,  # of the logarithm of the likelihood; the best of a hundred by chance reaches 8
     *,
+    begun: Found | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> Found:
     """Adds effects one at a time, while the best of them predicts excluded windows clearly better.
@@ -67,11 +68,13 @@ def search(
     Args:
         base: the model that may lack effects.
         effects: that may be added, by name the rows of each.
+        begun: with which the search begins; None for the model without effects.
         say: takes a line for each decision.
     """
-    found, added, refused = base.fit, list[Added](), dict[str, str]()
+    begun = begun or Found(base.fit)
+    found, added, refused = begun.fit, list(begun.added), dict(begun.refused)
     weighed = list[tuple[Candidate, Evidence]]()
-    plain = found.structure
+    plain = base.fit.structure
     while len(added) < most * len(plain.axes):
         best = [
             each for each in _best(found, base, effects, refused, weighed, enough, say) if not _is_rest(each, added)
@@ -135,9 +138,8 @@ def _best(
         return []
     weighed = directions(found, every)
     beside += [(each, weighed.evidence(k)) for k, each in enumerate(every)]
-    sound = sorted(convincing(beside, enough), key=lambda one: -one[0].excluded.total)
     first: dict[str, tuple[Evidence, Candidate]] = {}
-    for evidence, each in sound:
+    for evidence, each in sorted(_promising(beside, enough), key=lambda one: -one[0].excluded.total):
         first.setdefault(each.name, (evidence, each))
     axes = found.structure.axes
     most = fitted if len(axes) == 1 else 2
@@ -147,13 +149,14 @@ def _best(
         for each, evidence in beside
         if each.name.startswith("inertia@") and each.name not in {one[1].name for one in looked}
     ]
+    sure = {each.name for _, each in convincing(beside, enough)}
     trials = []
     for evidence, each in looked:
         new = _fitted(each, found)
         say(f"{each.name}: {found.value - new.value:.1f}, {evidence}")
         if (axis := drives(new)) and not drives(found):
             refused[each.name] = f"with it {axis} drives itself at speeds that were recorded"
-        elif found.value - new.value >= enough and (each.name in first or _gains(found, new)):
+        elif found.value - new.value >= enough and (each.name in sure or _gains(found, new, needed(each, enough))):
             start = {name: new.theta[name] for name in each.start}
             trials.append((found.value - new.value, evidence, replace(each, start=start)))
     ofs = [[one for one in trials if one[2].name.endswith(f"@{axis}")] for axis in axes]
@@ -194,30 +197,43 @@ def _fitted(candidate: Candidate, found: Fit) -> Fit:
     return min(fits, key=lambda each: each.value)
 
 
-def _gains(found: Fit, new: Fit) -> bool:
+def _gains(found: Fit, new: Fit, enough: float) -> bool:
     """Whether a fit predicts excluded windows clearly better, each by the fit without its fold."""
-    return _is_clear(gain(left_out(found) - left_out(new), found.problem.windows))
+    return _is_clear(gain(left_out(found) - left_out(new), found.problem.windows), enough)
 
 
-def _is_clear(
-    one: Gain,
-    deviations: float = 2.8,  # false names reached 2.6; an effect of a sixth of the blocks reaches no more than 3
-    agreeing: float = 0.75,  # of the folds
-) -> bool:
-    """Whether a gain on excluded windows is more than chance, and not that of few of them."""
-    return one.deviations >= deviations and one.agreeing >= agreeing
+def _is_clear(one: Gain, enough: float, agreeing: float = 0.75) -> bool:
+    """Whether a gain on excluded windows is more than chance, and not that of a few of them: an effect that acts rarely
+    has it from some of the blocks, what is no effect from one or two, and `agreeing` of the folds say the same."""
+    return one.rest >= enough and one.agreeing >= agreeing
 
 
 def convincing(weighed: Iterable[tuple[Candidate, Evidence]], enough: float = 12.0) -> list[tuple[Evidence, Candidate]]:
     """The candidates whose first step gains clearly on excluded windows, in a direction that makes sense."""
+    return [
+        (evidence, each)
+        for evidence, each in _promising(weighed, enough)
+        if _is_clear(evidence.excluded, needed(each, enough)) and evidence.sure >= 4.0
+    ]
+
+
+def _promising(weighed: Iterable[tuple[Candidate, Evidence]], enough: float) -> list[tuple[Evidence, Candidate]]:
+    """The candidates whose first step gains half of what is needed, in a direction that makes sense.
+
+    Large errors weigh little in that step: an effect that acts at steps of the effort shows its gain when it is fitted.
+    """
     found = []
     for each, evidence in weighed:
         wrong = each.one_sided and evidence.step[0] < 0.0
         wrong |= any(value < 0.0 and row.low > -np.inf for row, value in zip(each.rows, evidence.step, strict=False))
-        one, needed = evidence.excluded, (2.0 if imitates(each) else 1.0) * enough
-        if not wrong and one.total > needed and _is_clear(one) and evidence.sure >= 4.0:
+        if not wrong and evidence.excluded.total > 0.5 * needed(each, enough):
             found.append((evidence, each))
     return found
+
+
+def needed(candidate: Candidate, enough: float) -> float:
+    """The gain that a candidate needs: what can imitate much needs twice as much."""
+    return (2.0 if imitates(candidate) else 1.0) * enough
 
 
 def is_noise(reliability: Mapping[str, float], axis: str, least: float = 0.5) -> bool:

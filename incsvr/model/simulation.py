@@ -1,7 +1,7 @@
 """The one integrator: Runge–Kutta of fourth order, all windows and all columns of parameters side by side.
 
-A predictor also has a disturbance on each axis, an acceleration that stays until a sample contradicts it: water pushes
-for seconds. It is corrected after each step by its samples: a Kalman filter of fixed gain (L. Ljung, System
+A predictor also has a disturbance on each axis, an acceleration that fades: water pushes for seconds, and not for ever.
+It is corrected after each step by its samples: a Kalman filter of fixed gain (L. Ljung, System
 Identification, 2nd ed., Section 4.3).
 """
 

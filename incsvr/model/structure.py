@@ -2,7 +2,7 @@
 
 mass:surge (logarithm)        mass:sway*yaw_rate         linear@surge, cross_flow:surge@yaw_rate, …
 shift:torque [s]              lag:torque, limit:torque, dead:torque, reverse:torque, exponent:torque (logarithms)
-time:memory@yaw_rate (logarithm)                         gain:surge, drift:surge (logarithm of 1/s): of a predictor
+time:memory@yaw_rate (logarithm)     gain:surge, drift:surge, fade:surge (logarithms of 1/s): of a predictor
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from incsvr.numerics import Array
 
 Theta = Mapping[str, float]
 """The parameters' values by name."""
-LOGARITHMS = ("lag", "drift", "limit", "dead", "reverse", "exponent", "time")
+LOGARITHMS = ("lag", "drift", "fade", "limit", "dead", "reverse", "exponent", "time")
 """Parameters that are positive by nature, whose logarithms are in θ, like those of the masses on the diagonal of M."""
 STAGES = ("exponent", "dead", "limit", "reverse", "lag")
 """Stages of an effort, in the order in which it passes them."""
 
+OF_PREDICTOR = ("gain", "drift", "fade")
+"""Parameters of a predictor on each axis: gains of a sample on velocity and disturbance, and how fast that fades."""
 NO_PRIOR = 1e6
 """Deviation of a prior that tells nothing."""
 
@@ -68,13 +70,15 @@ class Structure:
         found += [f"shift:{axis}" for axis in self.driven if axis in self.shift_priors]
         found += [f"{kind}:{axis}" for kind, axis in self.stages]
         if self.predictor:
-            found += [f"{kind}:{axis}" for kind in ("gain", "drift") for axis in self.axes]
+            found += [f"{kind}:{axis}" for kind in OF_PREDICTOR for axis in self.axes]
         return tuple(found)
 
     def bounds(self, name: str) -> tuple[float, float]:
         """(lowest, highest) value of a parameter."""
         if name.startswith("gain:"):
             return 0.0, 1.0
+        if name.startswith("fade:"):
+            return -9.0, 5.0
         if name.startswith("drift:"):
             return -9.0, 9.0
         if name.startswith("shift:"):  # two deviations are a period: what is more is a delay

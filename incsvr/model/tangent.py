@@ -13,7 +13,7 @@ from incsvr.model.factors import Factors, Indices, slopes
 from incsvr.model.motion import Pair, effort, own_values, places, products
 from incsvr.model.series import effort_of
 from incsvr.model.simulation import Course
-from incsvr.model.structure import STAGES
+from incsvr.model.structure import OF_PREDICTOR, STAGES
 from incsvr.numerics import Array
 
 NUDGE = 1e-3
@@ -34,7 +34,7 @@ def tangent(course: Course, point: Array, units: Array, length: int = 32) -> Arr
     steps = _Steps(course, point, units)
     size, wide, forced, p = len(windows.axes), windows.first.size, steps.forced, point.size
     inside = np.zeros((wide, 2 * forced, p + size))  # s without the disturbances', then G with theirs
-    now, pushes = inside[:, :forced], np.zeros((wide, forced, p + size))
+    now, pushes = inside[:, :forced], np.zeros((wide, size, p + size))
     axis, names = np.arange(size), motion.structure.names
     now[:, axis, p + axis] = 1.0
     for j, row in enumerate(motion.memories, size + len(motion.angles)):
@@ -42,9 +42,12 @@ def tangent(course: Course, point: Array, units: Array, length: int = 32) -> Arr
     found = np.zeros((windows.measured.size, p + size))
     innovation, gains = windows.measured - course.predicted, motion.gains()
     if gains is not None:
-        drift = gains[1][0]
-        of_gain, of_drift = ([names.index(f"{kind}:{each}") for each in windows.axes] for kind in ("gain", "drift"))
+        drift, fade = gains[1][0], motion.value_of("fade")[0]
+        of_gain, of_drift, of_fade = ([names.index(f"{kind}:{each}") for each in windows.axes] for kind in OF_PREDICTOR)
         of_own = units[of_drift] * drift  # a drift is in θ as its logarithm
+        away = windows.step * fade
+        kept, usual = np.exp(-away), -np.expm1(-away) / away  # of a disturbance after a step, and its mean over it
+        less, lower = -units[of_fade] * away * kept, units[of_fade] * (kept - usual)
     with np.errstate(all="ignore"):
         for first in range(0, windows.steps, length):
             at = np.flatnonzero((windows.cell >= first) & (windows.cell < first + length))
@@ -53,7 +56,15 @@ def tangent(course: Course, point: Array, units: Array, length: int = 32) -> Arr
             values, kicks = np.zeros((len(force), wide, size, p + size)), np.zeros((len(force), wide, size))
             kicks[place] = innovation[at]
             for k, samples in enumerate(windows.by_step[first : first + length]):
-                np.add(force[k], pushes[..., :p], out=inside[:, forced:, :p])
+                acting = inside[:, forced:]
+                acting[..., :p] = force[k]
+                if gains is not None:
+                    disturbance = course.states[first + k, -size:].T
+                    acting[:, :size, p:] = 0.0
+                    acting[:, :size] += usual[:, None] * pushes
+                    acting[:, axis, of_fade] += lower * disturbance
+                    pushes *= kept[:, None]
+                    pushes[:, axis, of_fade] += less * disturbance
                 if samples is None:
                     now[:] = np.matmul(whole[k, :, :forced], inside)
                     continue
@@ -61,9 +72,8 @@ def tangent(course: Course, point: Array, units: Array, length: int = 32) -> Arr
                 now[:], values[k] = after[:, :forced], after[:, forced:]
                 if gains is not None:
                     now[:, axis, of_gain] += kicks[k] * units[of_gain]
-                    pushes[:, :size] -= drift[:, None] * values[k]
+                    pushes -= drift[:, None] * values[k]
                     pushes[:, axis, of_drift] += kicks[k] * of_own
-                    inside[:, forced:, p:] = pushes[..., p:]
             found[at] = values[place]
             if not np.isfinite(inside.sum()):  # beside what runs away
                 np.nan_to_num(now, copy=False, posinf=0.0, neginf=0.0)

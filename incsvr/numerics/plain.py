@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
 Record = TypeVar("Record")
 
@@ -23,7 +25,14 @@ def to_plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, tuple):
         return [to_plain(each) for each in value]
+    if isinstance(value, Mapping):
+        return {name: or_none(each) if isinstance(each, np.ndarray) else to_plain(each) for name, each in value.items()}
     return value
+
+
+def or_none(values: NDArray[np.float64]) -> tuple[float | None, ...]:
+    """Values of a channel, None where it was not sampled, or filtered beyond all floats."""
+    return tuple(value if math.isfinite(value) else None for value in values.tolist())
 
 
 def fields_to_plain(record: Any) -> dict[str, Any]:
@@ -63,6 +72,8 @@ def _value(kind: Any, data: Any) -> Any:
         return None if data is None else _value(next(part for part in parts if part is not NoneType), data)
     if origin is np.ndarray:
         return np.array(data, dtype=get_args(parts[1])[0])
+    if origin is Mapping:
+        return {name: _value(parts[1], each) for name, each in data.items()}
     if origin is tuple:
         return tuple(_value(parts[0], each) for each in data)
     return from_plain(kind, data) if isinstance(kind, type) and dataclasses.is_dataclass(kind) else data

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -10,7 +11,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
-from incsvr.model.identification import identify, leaving
+from incsvr.model.identification import identify, leaving, remaining
 from incsvr.model.scales import motion_scale
 from incsvr.model.series import effort_of, values
 from incsvr.numerics import Array
@@ -41,6 +42,7 @@ from incsvr.tracing.vocabulary import contract_name
 
 TOO_LITTLE = "it improves too little beside the effects found"
 NOT_UNSEEN = "it does not improve predictions of excluded parts of the recordings clearly"
+NO_GAIN = "free runs of excluded data are hardly better with it"
 NO_SIZE = "it improves the predictions, but these recordings do not tell its size"
 OVERLAP = (
     "the stamps of the recordings overlap, so each has its own time: effects that begin or drift were not sought; "
@@ -114,6 +116,7 @@ def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, 
     if best.endswith(FREE) and not proof.proven:  # the search did not want that inertia: unseen data have to
         best, effects, unsure = _settled(traced, free_inertia=False)
         proof = prove(found, best, traced.unseen, fitted, traced.closed)
+    rejected = _rejected(traced, hidden) if sought else []
     complete, unexplained = found.found.fit, tuple[UnexplainedChannel, ...]()
     if sought:
         complete, unexplained = smooth_rest(complete, recordings.channels)
@@ -128,7 +131,7 @@ def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, 
         inertia=inertia,
         verdict="effects" if effects else "unexplained" if unnamed else "none",
         effects=tuple(effects),
-        rejected=tuple(sorted([*hidden, *unsure, *_rejected(traced)], key=lambda one: one.p_value)) if sought else (),
+        rejected=tuple(sorted([*hidden, *unsure, *rejected], key=lambda one: one.p_value)),
         unexplained=unexplained,
         error=proof.error,
         ignored_channels=dict(ignored),
@@ -158,26 +161,46 @@ def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
         _, findings = findings_of(traced, free_inertia=True)
         pairs = list(zip(traced.found.found.added, findings, strict=False))  # a free inertia is one more finding
         lost = [(one, each) for one, each in pairs if not has_size(each.interval, traced.inertia, traced.sample)]
+        late = [(one, each) for one, each in pairs if each.effect in ("torque_lag", "torque_delay")]
+        if len(late) == 2 and any(pair in lost for pair in late):  # beside each other either may lose its size
+            lost = [pair for pair in lost if pair not in late]
+            lost.append(min(late, key=lambda pair: remaining(traced.found, [pair[0].name]).value))
+        elif len(late) == 2 and _only_smooth([each for _, each in late]):
+            lost += late
         if not lost:
             break
         hidden += [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for _, each in lost]
-        traced = replace(traced, found=leaving(traced.found, [one.name for one, _ in lost]))
+        traced = replace(traced, found=leaving(traced.found, {one.name: NO_SIZE for one, _ in lost}))
     return traced, hidden
 
 
-def _settled(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding], list[RejectedEffect]]:
+def _only_smooth(late: Sequence[Finding]) -> bool:
+    """Whether a lag and a delay are opposite: together they are not late, but smooth the noise of a measured effort."""
+    together = sum(next(iter(each.parameters.values())) for each in late)
+    spans = [next(iter(each.interval.values())) for each in late]
+    return abs(together) < math.hypot(*(0.5 * (high - low) for low, high in spans))
+
+
+def _settled(
+    traced: Traced,
+    free_inertia: bool,
+    least: float = 0.015,  # of the error of excluded free runs: weak inflow gains 0.02, smoother noise 0.007
+) -> tuple[str, list[Finding], list[RejectedEffect]]:
     """The name of the best of our own simulators on excluded recordings, the effects that have a size, and the rest."""
     name, added = findings_of(traced, free_inertia)
     effects = [each for each in added if has_size(each.interval, traced.inertia, traced.sample)]
     unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for each in added if each not in effects]
-    excluded = traced.found.excluded
-    return min((name, PLAIN), key=lambda each: float(excluded[each][0])) if effects else PLAIN, effects, unsure
+    errors = {each: float(excluded[0]) for each, excluded in traced.found.excluded.items()}
+    if effects and not traced.closed and errors[name] > (1.0 - least) * errors[PLAIN]:
+        unsure += [RejectedEffect(each.effect, each.p_value, NO_GAIN, refused=True) for each in effects]
+        effects = []
+    return min((name, PLAIN), key=lambda each: errors[each]) if effects else PLAIN, effects, unsure
 
 
-def _rejected(traced: Traced) -> list[RejectedEffect]:
-    """Effects that were refused, and those that promise most of what the predictor still lacks."""
+def _rejected(traced: Traced, hidden: Sequence[RejectedEffect]) -> list[RejectedEffect]:
+    """Effects that were refused, and those that promise most of what the predictor still lacks; without `hidden`."""
     found, result = traced.found, dict[str, RejectedEffect]()
-    named = {contract_name(each.name) for each in found.found.added}
+    named = {contract_name(each.name) for each in found.found.added} | {each.effect for each in hidden}
     for each, evidence in found.found.weighed:
         name, count = contract_name(each.name), max(len(each.start), 1)
         sure = 0.5 * (evidence.sure**2 + count - 1)  # by the scatter of blocks, where errors depend on each other

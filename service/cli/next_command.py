@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import shlex
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 LOG_FLAGS = ("config", "preset", "system", "column", "cut_from", "cut_to")
 """The flags that say what is in a log."""
@@ -17,25 +17,25 @@ COMMON_VALUES = ("vehicle.", "inputs.", "signals.torque=")
 """Begins of the values of `--set` that `fit` and `trace` both take."""
 
 
-def following(
-    args: argparse.Namespace, command: str, files: Sequence[Path | str], flags: Iterable[str], *more: str
-) -> str:
-    """A command over the same files, with those of the `flags` that were given, and with `more` words."""
+def following(said: Any, command: str, files: Sequence[Path | str], flags: Iterable[str], *more: str) -> str:
+    """A command over the same files, with those of the `flags` that are `said` as attributes, and with `more` words."""
     words = ["incsvr", command, *map(str, files)]
     for name in flags:
-        value = getattr(args, name, None)
+        value = getattr(said, name, None)
         flag = f"--{name.removeprefix('cut_').replace('_', '-')}"
         if value is True:
             words.append(flag)
             continue
-        for each in value if isinstance(value, list) else [value] * (value is not None and value is not False):
+        for each in value if isinstance(value, list | tuple) else [value] * (value is not None and value is not False):
             text = str(getattr(each, "text", each)).removesuffix(".0" if name == "inertia" else "")  # as Python gave it
             if name != "set" or text.startswith(COMMON_VALUES):
                 words += [flag, text] if not text.startswith("-") else [f"{flag}={text}"]
-    unseen = [str(path) for path in getattr(args, "validate", None) or []] if command != "inspect" else []
+    unseen = [str(path) for path in getattr(said, "validate", None) or []] if command != "inspect" else []
     return shlex.join([*words, *(["--validate", *unseen] if unseen else []), *more])
 
 
-def next_line(command: str, why: str) -> str:
-    """The line of a result that names the command which follows, and what it does."""
+def next_line(command: str | None, why: str) -> str:
+    """The line of a result that names the command which follows, and what it does; empty where none does."""
+    if command is None:
+        return ""
     return f"What next?  {command}\n            {why}"

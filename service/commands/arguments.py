@@ -5,16 +5,16 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
 from service.cli.output import add_json_argument, report_destination
-from service.config.sources import add_client_arguments
+from service.cli.parser import one_of
+from service.config.sources import add_client_arguments, add_set_argument
 from service.logs.dives import DIVE_RULE
 
-POLICIES = ("paper", "weighted")
 POLICY_HELP = "policy that selects the samples to keep (default: weighted, or as configured)"
 
 
@@ -31,6 +31,25 @@ def add_recordings_arguments(parser: argparse.ArgumentParser, unseen: str, inert
     )
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help=unseen)
     parser.add_argument("--inertia", metavar="I", help=inertia)
+
+
+VEHICLE_HELP = "use the mass matrix of this vehicle file (`incsvr identify --write`) and, where it has one, its weight"
+
+
+def add_configuration_arguments(parser: argparse.ArgumentParser, takes: Collection[str], vehicle: str = "") -> None:
+    """Adds `--set` for the values `takes` of the configuration, and `--vehicle` where there is a help for it."""
+    if vehicle:
+        parser.add_argument("--vehicle", type=Path, metavar="FILE", help=vehicle)
+    add_set_argument(parser, f"one value of the configuration, over --config: of {one_of(tuple(takes))}")
+
+
+def add_sign_argument(parser: argparse.ArgumentParser) -> None:
+    """Adds `--assume-sign`, the way past a sign that is doubted."""
+    parser.add_argument(
+        "--assume-sign",
+        action="store_true",
+        help="use the torque's sign as recorded, even if the motion contradicts it",
+    )
 
 
 def add_report_argument(parser: argparse.ArgumentParser) -> None:

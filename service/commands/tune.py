@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -16,18 +16,18 @@ from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.learning.scaling import PAPER_RATE, PAPER_TORQUE
 from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
-from incsvr.signals import synchronise
 from incsvr.signals.samples import Samples
 from service.cli.output import add_json_argument, emit, refuse_replacing
 from service.cli.progress import progress
-from service.commands import config_output
-from service.commands.arguments import POLICIES, POLICY_HELP
+from service.commands.arguments import POLICY_HELP
 from service.config.configuration import Config
 from service.config.sources import read as read_config
-from service.recordings.reading import Reading, add_log_arguments
+from service.fitting import scaled
+from service.fitting.declared import Declared
+from service.fitting.request import POLICIES, Request
+from service.fitting.settings import as_configured, settings
+from service.recordings.reading import add_log_arguments
 from service.recordings.recording import sequence
-from service.recordings.recording_csv import RATE_LIMIT
-from service.recordings.samples_from_recording import learner_for, signals_for
 
 EXPERIMENT = "simulator.leng"
 """Simulates the paper's experiment; loaded when asked for."""
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SEED",
         help="tune on T1 of the simulated Leng with this seed instead of recordings",
     )
-    parser.add_argument("--inertia", type=float, metavar="I", help="inertia with added mass [kg m²]")
+    parser.add_argument("--inertia", metavar="I", help="inertia with added mass [kg m²], or estimate")
     parser.add_argument("--config", type=Path, metavar="FILE", help="signals and learner as the service has them")
     parser.add_argument("--policy", choices=POLICIES, help=POLICY_HELP)
     parser.add_argument("--last", action="store_true", help="judge after the last step alone, not after every step")
@@ -56,16 +56,16 @@ def run(args: argparse.Namespace) -> int:
     if (args.simulated is None) == (not args.recordings):
         raise BadInput("give recordings to tune on, or --simulated SEED for the simulated Leng's T1")
     if args.write is not None:
-        refuse_replacing(args.write, config_output.MARK, "--write")
+        refuse_replacing(args.write, scaled.MARK, "--write")
     config = read_config(args.config).of_axis(args.axis)
     if config.further_inputs:
         raise BadInput("the search is over one velocity; leave learner.inputs out of the configuration")
-    name, samples, settings, grid, config = (
+    name, samples, learner, grid, config = (
         _simulated(args, config) if args.recordings == [] else _recorded(args, config)
     )
     with progress("points of the grid", len(grid)) as advance:
         trials = []
-        for trial in search(samples, settings, grid):
+        for trial in search(samples, learner, grid):
             trials.append(trial)
             advance()
     tuning = Tuning(name, len(samples), grid, judged, ranked(trials, judged), ranked(trials, _other(judged)))
@@ -157,40 +157,28 @@ def _other(judged: Judged) -> Judged:
 
 
 def _simulated(args: argparse.Namespace, config: Config) -> tuple[str, Samples, Settings, Grid, Config]:
-    settings = _with_policy(config.learner_settings(), args.policy)
+    learner = config.learner_settings()
+    learner = learner if args.policy is None else replace(learner, policy=args.policy)
     samples = import_module(EXPERIMENT).experiment(args.simulated).T1
-    return f"simulated T1, seed {args.simulated}", samples, settings, Grid(), config
+    return f"simulated T1, seed {args.simulated}", samples, learner, Grid(), config
 
 
 def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, Settings, Grid, Config]:
-    """The recordings' samples; what is not configured is scaled to them, and noted in the configuration."""
-    runs = Reading.of(args, config).of_all(args.recordings)
-    if args.inertia is None and not (args.config and config.vehicle.inertia_said):
-        raise BadInput(
-            "the inertia is not known; give --inertia I [kg m²], or --config FILE with vehicle.inertia "
-            "(`incsvr fit … --inertia estimate` estimates it from open-loop runs)"
-        )
-    inertia = config.vehicle.inertia if args.inertia is None else args.inertia
-    if not (math.isfinite(inertia) and inertia > 0.0):
-        raise BadInput(f"--inertia {inertia}: give a number above 0 [kg m²]")
-    if args.config:
-        config = config.model_copy(update={"vehicle": config.vehicle.model_copy(update={"inertia": inertia})})
-        signals = config.signal_settings()
-    else:
-        signals = signals_for(runs, inertia, RATE_LIMIT)
+    """The samples and settings that `fit` would learn with; what is not configured is noted in the configuration."""
+    request = Request.of(args)
+    reading = request.reading(config)
+    runs, _ = request.read(reading)
+    declared = Declared.of(request, config, reading.axis, runs, runs).as_written
+    signals, terms = settings(request, config, declared, runs, ())
     joined = sequence(runs)
-    samples, _ = synchronise(signals, joined.streams())
-    scaled = learner_for(samples)
-    settings = _with_policy(config.learner_settings() if args.config else scaled, args.policy)
-    if not args.config:
-        config = config_output.scaled_config(config, joined, signals, settings)
+    samples, _ = terms.samples(joined, signals)
+    learner = terms.settings(joined, samples)
+    config = declared.in_force(config)
+    if not as_configured(request):
+        config = scaled.scaled_config(config, joined, signals, learner)
     fastest, largest = np.abs(samples.yaw_rate).max(), np.abs(samples.damping).max()
     grid = Grid().scaled(_round(fastest / PAPER_RATE), _round(largest / PAPER_TORQUE))
-    return joined.name, samples, settings, grid, config
-
-
-def _with_policy(settings: Settings, policy: Literal["paper", "weighted"] | None) -> Settings:
-    return settings if policy is None else replace(settings, policy=policy)
+    return joined.name, samples, learner, grid, config
 
 
 def _round(factor: float) -> float:
@@ -208,4 +196,4 @@ def _write(path: Path, config: Config, tuning: Tuning) -> None:
         f"# C, ε and γ by `incsvr tune` on {tuning.name}, {tuning.samples} samples (Section IV-B), judged\n"
         f"# {_JUDGED_BY[tuning.judged]}.\n"
     )
-    config_output.write(path, tuned, head)
+    scaled.write(path, tuned, head)

@@ -22,10 +22,10 @@ import numpy as np
 from incsvr.compensation.freeing import takes_torque
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.numerics.plain import from_plain, to_plain
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, Synchroniser, play
 from incsvr.signals.samples import Samples
 from incsvr.signals.streams import JUMP_S, Reading
-from service.learner.window import plain_samples, samples_of
 
 if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation
@@ -82,7 +82,7 @@ class Batches:
                 self._synchroniser = Synchroniser.from_dict(memory["synchroniser"], self._takes(compensation))
                 self._turns = int(memory["turns"])
             self._refused = {reason: -count for reason, count in self._synchroniser.rejected.items()}
-            self._take(samples_of(memory["waiting"]))
+            self._take(from_plain(Samples, memory["waiting"]))
 
     def _takes(self, compensation: Compensation | None) -> TakesTorque | None:
         """The torques that are subtracted from samples with these effects in force."""
@@ -234,7 +234,7 @@ class Batches:
         with self._lock:
             return {
                 "synchroniser": self._synchroniser.to_dict(),
-                "waiting": plain_samples(Samples.concatenate(self._waiting)),
+                "waiting": to_plain(Samples.concatenate(self._waiting)),
                 "turns": self._turns,
             }
 

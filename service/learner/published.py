@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,11 @@ from incsvr.learning.coefficients import coefficients
 from incsvr.learning.learner import Iteration
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, root_mean_square
+from incsvr.numerics.plain import or_none
 from incsvr.plant.axes import YAW, Axis
 from incsvr.signals.samples import Samples
 from service import wire
 from service.learner.questions import DampingQuery
-from service.learner.window import json_values
 
 
 class NothingLearned(BadInput):
@@ -86,8 +86,8 @@ def snapshot(served: ServedModel, boot: str, inertia: float) -> wire.ModelSnapsh
         trained_range=model.trained_range,
         certified_error=_finite(model.certified_error) if model.is_trained else None,
         correlation=model.correlation,
-        water=wire.WaterMotion(**asdict(model.water)),
-        spread=wire.NoiseByRate(**asdict(model.spread)),
+        water=model.water,
+        spread=model.spread,
         widening=model.widening,
         over=_over(model),
     )
@@ -182,7 +182,7 @@ def report(
             rate=tuple(batch.yaw_rate.tolist()),
             damping=tuple(batch.damping.tolist()),
             predicted=None if predicted is None else tuple(predicted.tolist()),
-            channels={name: json_values(values) for name, values in batch.channels.items()},
+            channels={name: or_none(values) for name, values in batch.channels.items()},
             parts={name: tuple(values.tolist()) for name, values in batch.parts.items()},
         ),
         certified_error=_finite(iteration.model.certified_error),

@@ -7,12 +7,7 @@ synchroniser does it, so that both know the same. It is bounded in time, and by
 
 from __future__ import annotations
 
-import math
 from collections import deque
-from collections.abc import Mapping
-from typing import Any
-
-import numpy as np
 
 from incsvr.checks.resolution import ResolutionFault, resolution_fault
 from incsvr.learning.excitation import Excitation
@@ -104,33 +99,3 @@ class RecentBatches:
         """The share of these batches that was evidence about damping; None before the first."""
         parts = tuple(self._excitation)
         return Excitation.together(parts) if parts else None
-
-
-def plain_samples(samples: Samples) -> dict[str, Any]:
-    """Samples as the durable state keeps them; `samples_of` makes the same of it."""
-    return {
-        "time": samples.time.tolist(),
-        "yaw_rate": samples.yaw_rate.tolist(),
-        "damping": samples.damping.tolist(),
-        "channels": {name: json_values(values) for name, values in samples.channels.items()},
-        "parts": {name: values.tolist() for name, values in samples.parts.items()},
-        "raw": {name: json_values(values) for name, values in samples.raw.items()},
-    }
-
-
-def json_values(values: Array) -> tuple[float | None, ...]:
-    """A channel's values as JSON knows them: None where it was not sampled, or filtered beyond all floats."""
-    return tuple(value if math.isfinite(value) else None for value in values.tolist())
-
-
-def samples_of(plain: Mapping[str, Any]) -> Samples:
-    """The samples whose `plain_samples` gave this."""
-    return Samples(
-        np.array(plain["time"], dtype=np.float64),
-        np.array(plain["yaw_rate"], dtype=np.float64),
-        np.array(plain["damping"], dtype=np.float64),
-        *(
-            {name: np.array(values, dtype=np.float64) for name, values in plain.get(kind, {}).items()}
-            for kind in ("channels", "parts", "raw")
-        ),
-    )

@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,8 +80,8 @@ class Cut:
     end: Instant | None = None
 
     @staticmethod
-    def of(args: argparse.Namespace) -> Cut:
-        """The cut by the flags of `add_cut_arguments`.
+    def of(args: Any) -> Cut:
+        """The cut by the flags of `add_cut_arguments`, as attributes.
 
         Raises:
             BadInput: it ends before it begins.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from service.config.configuration import Config
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import of_this_log, split_file
 from service.inputs.settings import Preset
-from service.inputs.table import ROWS
 from service.logs import Log, open_any
 from service.logs import reading as logs
 from service.logs.candidates import turning_instead
@@ -77,8 +76,8 @@ class Reading:
     several: bool = False
 
     @staticmethod
-    def of(args: argparse.Namespace, config: Config) -> Reading:
-        """The settings by the flags of `add_log_arguments`, and by the given configuration."""
+    def of(args: Any, config: Config) -> Reading:
+        """The settings by the flags of `add_log_arguments`, as attributes, and by the given configuration."""
         said = {"preset": args.preset, "system": args.system}
         inputs = config.inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
@@ -236,12 +235,12 @@ def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
     raise refusal
 
 
-def _files(args: argparse.Namespace) -> list[Path]:
+def _files(args: Any) -> list[Path]:
     """The logs that a command reads."""
     return [path for name in ("recordings", "dives", "validate") for path in getattr(args, name, ())]
 
 
-def _refuse_other_files(args: argparse.Namespace) -> None:
+def _refuse_other_files(args: Any) -> None:
     """Raises BadInput where `--column FILE:NAME=FIELD` names a log that is not read."""
     names = [path.name for path in _files(args)]
     for text in args.column:
@@ -285,32 +284,3 @@ def is_ours(path: Path, axis: Axis) -> bool:
     with path.open("rb") as file:
         header = file.readline(100_000).lstrip(b"\xef\xbb\xbf")
     return {"t", axis.rate, axis.effort} <= {name.strip() for name in header.decode(errors="replace").split(",")}
-
-
-def read_body(reading: Reading, paths: Sequence[Path]) -> list[Recording]:
-    """Each dive as a recording; a table without yaw rate or torque as one of an axis whose own columns it has.
-
-    Raises:
-        BadInput: as of `Reading.of_all`.
-    """
-    try:
-        return reading.of_all(paths)
-    except BadInput:
-        axis = None
-        with suppress(BadInput):  # the first refusal says more than one of a second look
-            axis = _axis_without_yaw(paths[0], reading.description)
-        if axis is None:
-            raise
-    columns = tuple(column_of_axis(text, axis) for text in reading.description.columns)
-    description = replace(reading.description, columns=columns)
-    return replace(reading, axis=axis, rate_limit=axis.fastest, description=description).of_all(paths)
-
-
-def _axis_without_yaw(path: Path, description: LogDescription) -> Axis | None:
-    """The first axis whose velocity and effort are columns of a table that lacks yaw rate or torque; None without."""
-    log = open_any(path)
-    if not {YAW.rate, YAW.effort} & logs.describe(log, description.of(path.name)).missing.keys():
-        return None
-    there = {field for topic in log.topics if topic.name == ROWS for field in topic.fields}
-    there |= {text.partition("=")[0] for text in description.of(path.name).columns}
-    return next((axis for axis in AXES.values() if axis != YAW and {axis.rate, axis.effort} <= there), None)

@@ -23,12 +23,10 @@ from service.wire.model import (
     IterationReport,
     Kernel,
     ModelSnapshot,
-    NoiseByRate,
     OverSeveral,
     Points,
     Support,
     Validation,
-    WaterMotion,
 )
 from service.wire.questions import (
     DampingQuery,
@@ -66,7 +64,6 @@ __all__ = [
     "Level",
     "Measurement",
     "ModelSnapshot",
-    "NoiseByRate",
     "Numbers",
     "OverSeveral",
     "Points",
@@ -74,7 +71,6 @@ __all__ = [
     "Support",
     "ThrustEvent",
     "Validation",
-    "WaterMotion",
     "decode",
     "encode",
     "measurement",

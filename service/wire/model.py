@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
 from incsvr.learning.several_velocities.several import Several
-from incsvr.learning.spread import KNOT_COUNT, PRIOR_SAMPLES, Spread
+from incsvr.learning.spread import Spread
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from service.wire.form import Form, Numbers, WithNoise
 
@@ -66,23 +66,6 @@ class OverSeveral(Form):
     trained_ranges: dict[str, tuple[float, float]]  # of each further one
 
 
-class WaterMotion(Form):
-    """The motion that was no evidence about damping: means over all samples, to which driven ones add nothing."""
-
-    rate: float = 0.0  # of r² [rad²/s²]
-    moment: float = 0.0  # of the damping samples squared [N² m²]
-    share: float = 0.0  # part of the samples
-    seen: float = 0.0  # samples that the means stand for
-
-
-class NoiseByRate(Form):
-    """The noise's variance as a share of noise², at rates evenly from 0 to the fastest; alike to both sides."""
-
-    fastest: float = 1.0  # rad/s
-    variance: Numbers = (1.0,) * KNOT_COUNT
-    seen: Numbers = (PRIOR_SAMPLES,) * KNOT_COUNT  # samples that each stands for
-
-
 class ModelSnapshot(WithNoise):
     """`…/model`: the served model after an iteration. `t` is the vehicle's time of the newest sample in it [s]."""
 
@@ -99,8 +82,8 @@ class ModelSnapshot(WithNoise):
     trained_range: tuple[float, float] | None = None  # rad/s; beyond it the model extrapolates
     certified_error: float | None = None  # N m, bound of sup |f − f*|
     correlation: float = 0.0  # of the noise of two samples that follow each other
-    water: WaterMotion = WaterMotion()
-    spread: NoiseByRate = NoiseByRate()
+    water: Water = Water()  # the motion that was no evidence about damping
+    spread: Spread = Spread(1.0)  # the noise's variance as a share of noise², at rates evenly from 0 to the fastest
     widening: float = 1.0  # of the curve's own doubt, since fresh samples disagreed
     over: OverSeveral | None = Field(default=None, exclude_if=lambda over: over is None)
 
@@ -123,8 +106,8 @@ class ModelSnapshot(WithNoise):
             sigma=math.nan if self.noise is None else self.noise,
             certified_error=self.certified_error or 0.0,
             correlation=self.correlation,
-            water=Water(**self.water.model_dump()),
-            spread=Spread(**self.spread.model_dump()),
+            water=self.water,
+            spread=self.spread,
             widening=self.widening,
             several=self._several(),
         )

@@ -94,19 +94,24 @@ def rov(measured: Path, *numbers: int) -> list[Run]:
 
 
 @pytest.mark.slow
-def test_measured_open_loop(measured: Path) -> None:
-    """The late thrust of a real vehicle, proven on the run that was not fitted.
-
-    The interval of its inertia ends 3 % below the published one, so a hair decides whether that is named or refused.
-    """
-    found = trace(rov(measured, 3, 5), inertia=PUBLISHED, validate=rov(measured, 4))
+@pytest.mark.parametrize(("fitted", "unseen", "reached"), [((3,), 4, 0.85), ((3, 4), 5, 0.92)])
+def test_measured_open_loop(fitted: tuple[int, ...], unseen: int, reached: float, measured: Path) -> None:
+    """Inertia and the late thrust of a real vehicle, proven on the run that was not fitted."""
+    found = trace(rov(measured, *fitted), inertia=PUBLISHED, validate=rov(measured, unseen))
     values = {finding.effect: finding.parameters for finding in found.effects}
-    named = values.pop("inertia", None)
-    assert named is None or 0.6 < named["inertia_kg_m2"] < 1.0
-    assert named is not None or "inertia" in {each.effect for each in found.rejected}
-    (late,) = values  # of a short lag and a short delay the recordings tell little
-    assert late in ("torque_delay", "torque_lag")
-    assert 0.03 < next(iter(values[late].values())) < 0.08
+    assert 0.55 < values["inertia"]["inertia_kg_m2"] < 0.75
+    assert 0.05 < values["torque_lag"]["time_constant_s"] < 0.09
+    assert found.proven
     error = found.error
-    assert error["after"]["free_run_rmse"] < 0.85 * error["before"]["free_run_rmse"]
+    assert error["after"]["free_run_rmse"] < reached * error["before"]["free_run_rmse"]
     assert error["change"]["free_run_rmse"]["high"] < 0.0
+
+
+@pytest.mark.slow
+def test_of_a_short_lag_and_a_short_delay_one_is_named(measured: Path) -> None:
+    """These runs tell little which it is; both together would say it twice."""
+    found = trace(rov(measured, 3, 5), inertia=PUBLISHED, validate=rov(measured, 4))
+    (late,) = found.effects
+    assert late.effect in ("torque_delay", "torque_lag")
+    assert 0.02 < next(iter(late.parameters.values())) < 0.08
+    assert found.error["after"]["free_run_rmse"] < found.error["before"]["free_run_rmse"]

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import incsvr
 from service import wire
-from service.commands.python_api import fit
 from service.commands.query import table
 from service.commands.status import text
 from service.export.command import in_format
@@ -23,8 +23,8 @@ from viewer.page.learner import curve
 
 def test_the_same_rate_asked_everywhere_gives_the_same_figures(tmp_path: Path) -> None:
     write(tmp_path / "dive.csv", leng.recording("T1", 0))
-    fitted = fit(tmp_path / "dive.csv", (), {"inertia": 350.0})
-    told, model = fitted.to_dict(), fitted.pictures.model
+    fitted = incsvr.fit(tmp_path / "dive.csv", inertia=350.0)
+    told, model = fitted.to_dict(), fitted.model
     rate = told["curve"]["rate"]
     said = fitted.predict(rate)
     expected = [rate, *(getattr(said, name).tolist() for name in ("damping", "sigma", "doubt"))]

@@ -16,7 +16,7 @@ from incsvr.tracing.findings import Trace, UnexplainedChannel
 from incsvr.tracing.result import trace
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline, limits
-from service.commands.trace import text
+from service.fitting.trace import text
 from tests.worlds import trial
 from viewer.report import write
 from viewer.report.charts import DRAWN_PIECES, free_runs, hint, told_apart

@@ -24,7 +24,7 @@ from incsvr.tracing.sentences import headline, limits
 from incsvr.tracing.spells import sentence as of_spells
 from incsvr.tracing.spells import spans
 from incsvr.tracing.vocabulary import contract_name
-from service.commands.trace import text
+from service.fitting.trace import text
 
 MAX_HEADLINE_WORDS = 25
 N = r"([-+−]?\d+\.?\d*(?:e[-+−]?\d+)?)"

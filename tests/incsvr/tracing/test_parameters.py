@@ -27,7 +27,7 @@ from incsvr.tracing.recordings import Recordings, recordings_of
 from incsvr.tracing.sentences import LABELS
 from incsvr.tracing.traced_model import traced_model
 from incsvr.tracing.vocabulary import WORDS, contract_name, streams, word_of
-from service.commands.trace import runs_of
+from service.fitting.trace import runs_of
 from simulator.mission import Mission
 from simulator.vehicles import TURNING
 from simulator.world import Outcome, play_together

@@ -14,7 +14,7 @@ from incsvr.tracing.findings import Trace
 from incsvr.tracing.result import trace, trace_if_found
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline
-from service.commands.trace import runs_of, text
+from service.fitting.trace import runs_of, text
 from simulator.mission import Mission
 from simulator.vehicles import TURNING
 from simulator.world import play
@@ -147,6 +147,7 @@ def test_a_curve_that_no_effect_has_is_unexplained_and_gains_nothing() -> None:
     log = dive(Turning(inertia=12.0), 4, seconds=180.0, rate=5.0)
     (time, torque), arm = log["torque"], log["surge"][1]
     hidden = 4.0 * np.cos(2.5 * (arm - 0.8))
+    hidden -= hidden.mean()  # a moment would be an effect
     found = trace([Run("arm", time, log["yaw_rate"][1], torque - hidden, {"arm": arm})], inertia=12.0)
     assert [each.channel for each in found.unexplained] == ["arm"]
     assert (found.verdict, found.effects) == ("unexplained", ())

@@ -14,9 +14,9 @@ import pytest
 
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
-from service.commands import config_output
 from service.config.configuration import Config
 from service.config.sources import read as read_config
+from service.fitting import scaled as config_output
 from service.recordings.recording_csv import write
 from service.wire.json_text import json_text
 from simulator import leng

@@ -12,7 +12,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.cli.command_line import main
-from service.commands.declaration import judge_declaration
+from service.fitting.declaration import judge_declaration
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read, write
 from simulator import leng

@@ -43,12 +43,13 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
         assert served["support_vectors"] == vectors
     act = result["underway"]
     assert act["truth"]["effect"] == "torque_saturation"
-    # Nothing false is found; of this rare saturation the tracer finds nothing, which the demo says in words.
-    assert {each["effect"] for each in act["found"]} <= {"torque_saturation"}
-    assert act["right"] == bool(act["found"])
-    assert act["found"] or "found no known effect" in said
+    assert act["right"]
+    assert [each["state"] for each in act["found"] if each["effect"] == "torque_saturation"] == ["proven"]
+    steps = [step["step"] for step in act["history"] if step["effect"] == "torque_saturation"]
+    assert steps == ["suspected", "proven"]
     assert act["served_effects"] == []
-    assert every(tmp_path / "leng.rrd", "TextDocument:text", "/effects/ledger")
+    ledgers = every(tmp_path / "leng.rrd", "TextDocument:text", "/effects/ledger")
+    assert any("## Torque saturation (proven)" in ledger for ledger in ledgers)
     assert (
         said.index("The hull is mounted") < said.index("iteration 25, ") < said.index("Ground truth: torque_saturation")
     )

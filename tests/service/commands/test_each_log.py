@@ -12,10 +12,10 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.cli.command_line import main, parser_of
-from service.commands.each_log import body_axes, refuse_frame, refuse_odd
-from service.commands.identify import configured
+from service.fitting.each_log import body_axes, refuse_frame, refuse_odd
+from service.fitting.identify import configured
+from service.fitting.request import Request, read_body
 from service.recordings.log_refusals import refuse_implausible
-from service.recordings.reading import Reading, read_body
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 
@@ -73,7 +73,8 @@ def saved(folder: Path, name: str, columns: dict[str, Array]) -> Path:
 def judge(paths: list[Path], *flags: str) -> list[Recording]:
     """What `identify` and `compare` refuse before they fit."""
     args = parser_of(["compare"]).parse_args(["compare", *map(str, paths), *flags])
-    reading = Reading.of(args, configured(args)[0])
+    request = Request.of(args, "dives")
+    reading = request.reading(configured(request)[0])
     runs = [run for path in paths for run in read_body(reading, [path])]
     for run in runs:
         refuse_implausible(run, reading.several)

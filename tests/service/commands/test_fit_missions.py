@@ -10,8 +10,9 @@ import pytest
 from incsvr.numerics import Array
 from incsvr.signals.settings import TorqueKind
 from service.cli.command_line import main
-from service.commands.fit_alternatives import AS_GIVEN
-from service.commands.fit_result import Fit
+from service.fitting.fit import Fit
+from service.fitting.terms import Terms
+from service.fitting.training import AS_GIVEN
 from service.recordings.recording_csv import RATE_LIMIT, write
 from service.recordings.samples_from_recording import signals_for
 from tests.service.commands.test_fit import fit
@@ -62,7 +63,7 @@ def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(kind: str
     """The water moves the vehicle for most of the time, and a controller answers it: no sensor fails by that."""
     outcome = mission(kind, vehicle, seed, 900.0)
     signals = signals_for([outcome.recording], outcome.inertia, RATE_LIMIT)
-    fit = Fit.of([outcome.recording], [], signals, None)
+    fit = Fit.of([outcome.recording], [], signals)
     assert fit.put_aside == 0
     about_sensors = [
         remark for remark in fit.remarks if "excitation" not in remark and "the damping curve may be" not in remark
@@ -73,10 +74,9 @@ def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(kind: str
 def examine(every: float, torque: TorqueKind | None) -> tuple[Array, bool]:
     """The error of the learned curve at ±0.5 to ±1.5 rad/s [%], and whether a remark says that it may be off."""
     recording, rates = slow(13, every), np.array([-1.5, -1.0, -0.5, 0.5, 1.0, 1.5])
-    learned = Fit.of(
-        [recording], [], signals_for([recording], ROV.inertia, RATE_LIMIT, torque), None, by_person=AS_GIVEN
-    )
-    off = learned.iterations[-1].model.predict(rates).damping / ROV.damping(rates) - 1.0
+    signals = signals_for([recording], ROV.inertia, RATE_LIMIT, torque)
+    learned = Fit.of([recording], [], signals, Terms(by_person=AS_GIVEN))
+    off = learned.predict(rates).damping / ROV.damping(rates) - 1.0
     return 100.0 * off, any("the damping curve may be" in remark for remark in learned.remarks)
 
 

@@ -12,7 +12,7 @@ from incsvr.numerics import Array
 from incsvr.plant.terms import LINEAR, Term
 from incsvr.vehicle import Parameter, Vehicle
 from service.cli.command_line import main
-from service.commands.identify import refuse_runaway
+from service.fitting.identify import refuse_runaway
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from simulator import leng

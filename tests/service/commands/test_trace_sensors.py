@@ -11,7 +11,7 @@ import pytest
 
 from incsvr.numerics import Array
 from service.cli.command_line import main
-from service.commands.trace_sensors import examine_sensors, sensor_notes
+from service.fitting.sensors import examine_sensors, sensor_notes
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from tests.worlds import ROV, slow

@@ -15,7 +15,7 @@ from incsvr.plant.words import YAW_WORDS, words_of
 from service.bus.session import free_endpoint
 from service.cli.command_line import main, parser_of
 from service.cli.next_command import AXIS_FLAGS, following
-from service.commands.good_enough import closed_loop, compared_words, feed_forward, noticing, unknown, without_gyro
+from service.fitting.good_enough import closed_loop, compared_words, feed_forward, noticing, unknown, without_gyro
 from simulator.leng_at_sea import write_log
 
 

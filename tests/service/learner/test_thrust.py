@@ -11,9 +11,9 @@ import pytest
 
 from incsvr.forecasting.thrust_watch import ThrustChange
 from service import wire
-from service.commands.config_output import scaled_config
 from service.config.configuration import Config
 from service.config.sources import read
+from service.fitting.scaled import scaled_config
 from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import RATE_LIMIT

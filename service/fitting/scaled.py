@@ -1,4 +1,4 @@
-"""The configuration that `fit --write` and `tune --write` write: the values that were scaled to recordings."""
+"""The values of a configuration that are scaled to recordings, to the digits that are written down."""
 
 from __future__ import annotations
 

@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
-from incsvr.model.inertia import InertiaEstimate
 from incsvr.plant.words import words_of
-from service.commands.fit_result import Fit
-from service.commands.good_enough import compared_words, good_enough_lines
-from service.recordings import declared_inertia
+from service.fitting import declared
+from service.fitting.good_enough import compared_words, good_enough_lines
+
+if TYPE_CHECKING:
+    from service.fitting.fit import Fit
 
 CURVE_COLUMNS = 7
 """Rates of the curve that fit beside one another in 80 columns."""
 
 
-def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
+def text(fit: Fit) -> str:
     """The text of a fit, for people."""
-    source = (
-        "" if estimate is None else f"{declared_inertia.doubt(estimate, fit.closed_loop)}, estimated by output error"
-    )
-    if fit.inertia != fit.signals.inertia:
-        source = f", traced ({fit.signals.inertia:.4g} declared)"
-    signals, learner, words = fit.signals, fit.learner, words_of(fit.axis)
+    training, estimate, words = fit.training, fit.estimate, words_of(fit.axis)
+    signals, learner, samples = training.signals, training.settings, len(training.samples)
+    source = "" if estimate is None else f"{declared.doubt(estimate, fit.closed_loop)}, estimated by output error"
+    if fit.inertia != signals.inertia:
+        source = f", traced ({signals.inertia:.4g} declared)"
     rate_unit, unit = words.rate_unit, words.effort_unit
-    of_estimate = declared_inertia.estimate_remarks(fit.closed_loop, words) if estimate else []
-    left = fit.samples - (len(fit.iterations) + fit.put_aside) * learner.batch
+    of_estimate = declared.estimate_remarks(fit.closed_loop, words) if estimate else []
+    left = samples - (len(training.iterations) + fit.put_aside) * learner.batch
     lines = [
-        f"recordings  {fit.name}: {fit.samples} samples, {len(fit.iterations)} batches of {learner.batch}, {left} "
+        f"recordings  {fit.name}: {samples} samples, {len(training.iterations)} batches of {learner.batch}, {left} "
         "unused" + f", {fit.put_aside} batches put aside" * bool(fit.put_aside),
         f"vehicle     {words.inertia_symbol} = {fit.inertia:.4g} {words.inertia_unit}{source}; |{words.symbol}| ≤ "
         f"{learner.rate_range[1]:.3g} {rate_unit}",
@@ -37,14 +39,15 @@ def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
         *([f"inputs      {', '.join((fit.axis.rate, *learner.others))}"] if learner.others else []),
         *([f"effects     {', '.join(fit.effects)}"] if fit.effects else []),
         *(f"remark      {remark}" for remark in (*of_estimate, *fit.remarks)),
-        *(f"refused     {count} messages: {reason}" for reason, count in fit.rejected.items()),
+        *(f"refused     {count} messages: {reason}" for reason, count in training.rejected.items()),
         "",
-        "iteration   until s   vectors   batch, before learning it" + ("   unseen runs" * bool(fit.errors)),
-        f"                                MAE {unit}" + f"                     MAE, RMSE {unit}" * bool(fit.errors),
+        "iteration   until s   vectors   batch, before learning it" + ("   unseen runs" * bool(training.errors)),
+        f"                                MAE {unit}"
+        + f"                     MAE, RMSE {unit}" * bool(training.errors),
     ]
-    for k, iteration in enumerate(fit.iterations):
+    for k, iteration in enumerate(training.iterations):
         before = "–" if iteration.progressive_mae is None else f"{iteration.progressive_mae:.3g}"
-        errors = fit.errors[k] if fit.errors else None
+        errors = training.errors[k] if training.errors else None
         after = "" if errors is None else f"{errors.mae:.3g}, {errors.rmse:.3g}"
         size = iteration.model.support_rate.size
         lines.append(
@@ -55,7 +58,7 @@ def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
 
 def _curve(fit: Fit) -> list[str]:
     """The curve as a small table, and the textbook's two coefficients where their signs are certain."""
-    words, model = words_of(fit.axis), fit.iterations[-1].model
+    words, model = words_of(fit.axis), fit.model
     rates = np.linspace(*(model.trained_range or (0.0, 0.0)), CURVE_COLUMNS)
     curve = model.predict(rates)
     rows = [
@@ -74,7 +77,8 @@ def _figure(value: float) -> str:
 
 def _errors(fit: Fit) -> list[str]:
     """The errors on recordings that were not learned, or the free run on those that were."""
-    final, words, run = fit.errors[-1] if fit.errors else None, words_of(fit.axis), fit.free_run
+    errors, words, run = fit.training.errors, words_of(fit.axis), fit.free_run
+    final = errors[-1] if errors else None
     unit = words.effort_unit
     lines = (
         []

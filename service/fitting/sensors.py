@@ -16,7 +16,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import MEASURED
-from service.commands.declaration import SIGN, Cures
+from service.fitting.declaration import SIGN, Cures
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, refuse_bursts, remarks_of, signals_for
 

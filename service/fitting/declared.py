@@ -1,20 +1,24 @@
-"""The inertia that `incsvr fit` goes by: as configured, as given, or estimated from the recordings."""
+"""What is declared of the vehicle: its inertia, configured, given or estimated; or the mass matrix of its body."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.learning.free_run import motions
 from incsvr.model.inertia import InertiaEstimate, estimate_inertia
+from incsvr.plant.axes import Axis
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import TorqueKind
 from service.cli.progress import progress
 from service.config.configuration import Config
+from service.fitting.other_velocities import coupled_axis
+from service.fitting.request import Request
 from service.number import decimal_comma, number_of
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import signals_for
@@ -36,43 +40,72 @@ CLOSED_LOOP_DOUBT = (
 """Templates of `AxisWords`."""
 
 
-def inertia(
-    wanted: str | None,
-    config: Config,
-    runs: Sequence[Recording],
-    torque: TorqueKind | None = None,
-    coupled: Coupled | None = None,
-) -> tuple[float, InertiaEstimate | None]:
-    """I [kg m²], and how it was estimated where it was.
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """The vehicle as it is declared.
 
-    Args:
-        wanted: a number, ESTIMATE, or None for the configured one.
-        config: whose inertia it is where no other is wanted.
-        runs: to estimate it from.
-        torque: what it is, as in SignalSettings; None tells it from the runs.
-        coupled: the axis in its body, whose mass matrix says the inertia.
-
-    Raises:
-        BadInput: nobody gave it, it is no positive number, or the runs do not tell it; a body is declared as well.
+    Attributes:
+        inertia: I with added mass [kg m²], [kg].
+        estimate: how it was estimated, where it was.
+        coupled: the axis in its body, where its mass matrix or its weight is declared.
+        torque: what the torque is, where a person said it.
     """
-    if coupled is not None and wanted is not None:
-        raise BadInput(
-            f"--inertia {wanted}: the body that is declared has {coupled.inertia:g}; leave out one of the two"
-        )
-    if coupled is not None:
-        return coupled.inertia, None
-    if wanted is None:
-        if not config.vehicle.inertia_said:
-            raise BadInput(words_of(runs[0].axis).fill(INERTIA_MISSING))
-        return config.vehicle.inertia, None
-    if wanted != ESTIMATE:
-        return positive(wanted, words_of(runs[0].axis)), None
-    signals = signals_for(runs, 1.0, runs[0].axis.fastest, torque)
+
+    inertia: float
+    estimate: InertiaEstimate | None = None
+    coupled: Coupled | None = None
+    torque: TorqueKind | None = None
+
+    @staticmethod
+    def of(
+        request: Request, config: Config, axis: Axis, runs: Sequence[Recording], every: Sequence[Recording]
+    ) -> Declared:
+        """What a request and its configuration declare.
+
+        Args:
+            runs: to estimate the inertia from.
+            every: all recordings, whose velocities a body needs.
+
+        Raises:
+            BadInput: nobody gave the inertia, it is no positive number, or the runs do not tell it; a body is declared
+                as well.
+        """
+        wanted, torque = request.inertia, request.torque_set(config)
+        coupled = coupled_axis(config, axis, every)
+        if coupled is not None and wanted is not None:
+            raise BadInput(
+                f"--inertia {wanted}: the body that is declared has {coupled.inertia:g}; leave out one of the two"
+            )
+        if coupled is not None:
+            return Declared(coupled.inertia, None, coupled, torque)
+        if wanted is None:
+            if not config.vehicle.inertia_said:
+                raise BadInput(words_of(axis).fill(INERTIA_MISSING))
+            return Declared(config.vehicle.inertia, torque=torque)
+        if wanted != ESTIMATE:
+            return Declared(positive(wanted, words_of(axis)), torque=torque)
+        estimate = _estimated(runs, axis, torque)
+        return Declared(estimate.inertia, estimate, None, torque)
+
+    @property
+    def as_written(self) -> Declared:
+        """With an estimate to the digits that are written down."""
+        return self if self.estimate is None else replace(self, inertia=float(f"{self.inertia:.5g}"))
+
+    def in_force(self, config: Config) -> Config:
+        """The configuration of a vehicle with this inertia, or in this body."""
+        mass = None if self.coupled is None else tuple(self.coupled.mass.ravel().tolist())
+        vehicle = config.vehicle.model_copy(update={"inertia": self.inertia, "mass_matrix": mass})
+        return config.model_copy(update={"vehicle": vehicle})
+
+
+def _estimated(runs: Sequence[Recording], axis: Axis, torque: TorqueKind | None) -> InertiaEstimate:
+    """The inertia by output error over the runs, each from its first velocity."""
+    signals = signals_for(runs, 1.0, axis.fastest, torque)
     found = [motion for run in runs for motion in motions(run.streams(), signals.longest_pause)]
     streams = [{YAW_RATE: (one.rate_time, one.yaw_rate), TORQUE: (one.torque_time, one.torque)} for one in found]
     with progress("estimating the inertia"):
-        estimate = estimate_inertia(streams, words_of(runs[0].axis))
-    return estimate.inertia, estimate
+        return estimate_inertia(streams, words_of(axis))
 
 
 def positive(given: str, words: AxisWords) -> float:

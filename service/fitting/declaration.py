@@ -3,7 +3,6 @@ from or traced."""
 
 from __future__ import annotations
 
-import argparse
 import re
 import shlex
 from collections.abc import Mapping, Sequence
@@ -127,15 +126,6 @@ class Declaration:
     @property
     def sentences(self) -> tuple[str, ...]:
         return tuple(each for each in (self.doubt, self.note) if each is not None)
-
-
-def add_sign_argument(parser: argparse.ArgumentParser) -> None:
-    """Adds `--assume-sign`, the way past a sign that is doubted."""
-    parser.add_argument(
-        "--assume-sign",
-        action="store_true",
-        help="use the torque's sign as recorded, even if the motion contradicts it",
-    )
 
 
 def judge_declaration(

@@ -1,0 +1,322 @@
+"""The online loop over recordings: as it is asked for, or under signal settings that were tried and are better."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from incsvr.checks import YOUNG_CURVE_BATCHES, Verdict
+from incsvr.checks.resolution import ResolutionFault, resolution_fault
+from incsvr.errors import BadInput
+from incsvr.learning.checked_learner import Guarded
+from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation
+from incsvr.learning.learner import Iteration, Settings
+from incsvr.learning.model import Model
+from incsvr.plant.axis_words import in_words_of
+from incsvr.plant.words import words_of
+from incsvr.signals import TORQUE, SignalSettings
+from incsvr.signals.samples import Samples
+from incsvr.signals.settings import COMMANDED, MEASURED
+from service.cli.progress import progress
+from service.fitting.declaration import Cures, Declaration
+from service.fitting.other_velocities import VELOCITIES_CURE, coupling_sentence
+from service.fitting.terms import SMOOTHING, TORQUE_KIND, Terms
+from service.recordings.recording import Recording, sequence
+from service.recordings.samples_from_recording import Errors, remarks_of, with_smoothing
+
+
+@dataclass(frozen=True, slots=True)
+class Training:
+    """The course of the online loop.
+
+    Attributes:
+        signals, settings: those in force.
+        samples: all that the recordings gave.
+        rejected: messages of all recordings refused, by reason.
+        verdicts: on the full batches.
+        iterations: one for each batch that was learned, or taken back.
+        guarded: the learner and its checks after the last one.
+        errors: on the unseen recordings after each iteration, None before anything is learned; empty without them.
+        said: remarks on signal settings that were tried.
+    """
+
+    signals: SignalSettings
+    settings: Settings
+    samples: Samples
+    rejected: Mapping[str, int]
+    verdicts: Sequence[Verdict]
+    iterations: Sequence[Iteration]
+    guarded: Guarded
+    errors: Sequence[Errors | None]
+    said: tuple[str, ...] = ()
+
+    @property
+    def model(self) -> Model:
+        return self.iterations[-1].model
+
+    @property
+    def undriven(self) -> Samples:
+        """The samples that are no evidence."""
+        return Samples.concatenate(iteration.undriven for iteration in self.iterations)
+
+    @property
+    def excitation(self) -> Excitation:
+        learned = self.samples.take(slice(0, len(self.iterations) * self.settings.batch))
+        return Excitation.of(learned, self.undriven)
+
+
+def best_training(
+    runs: Sequence[Recording],
+    unseen: Sequence[Recording],
+    signals: SignalSettings,
+    terms: Terms,
+    declaration: Declaration,
+) -> Training:
+    """The loop under these signal settings, or under others that are better, with remarks on them.
+
+    Raises:
+        BadInput: too little can be learned.
+    """
+    said, in_force = list[str](), frozenset[str]()
+    while True:
+        try:
+            training = _training(runs, unseen, signals, terms)
+        except HeldTooSeldom as error:
+            if TORQUE_KIND in terms.by_person | in_force:
+                raise
+            signals, in_force = error.measured, in_force | {TORQUE_KIND}
+            said.append(error.because)
+            continue
+        _refuse(sequence(runs), training, terms, declaration, Cures.of(runs[0]))
+        quick = None if declaration.doubt is not None else resolution_fault(training.samples, signals.smoothing)
+        best = None
+        if quick is not None:
+            remark, best = alternative(quick, runs, unseen or runs, signals, terms, training.model, in_force)
+            said += [] if remark is None else [remark]
+        if best is None:
+            return replace(training, said=tuple(said))
+        signals, in_force = best.signals, in_force | {best.setting}
+
+
+def _training(
+    runs: Sequence[Recording], unseen: Sequence[Recording], signals: SignalSettings, terms: Terms
+) -> Training:
+    """The loop over all full batches of the runs, with the error on the unseen ones after each iteration.
+
+    Raises:
+        BadInput: there is not one full batch.
+    """
+    joined = sequence(runs)
+    try:
+        samples, rejected = terms.samples(joined, signals)
+    except BadInput as error:
+        raise _of_a_command(runs, signals, terms, 0, 1) or error from None
+    settings = terms.settings(joined, samples)
+    if len(samples) < settings.batch:
+        raise _too_few(runs, signals, terms, len(samples), settings.batch)
+    validation, more = terms.samples(sequence(unseen), signals) if unseen else (Samples.empty(), {})
+    errors: list[Errors | None] = []
+    with progress("learning", len(samples) // settings.batch) as advance:
+
+        def judge(iteration: Iteration | None) -> None:
+            if iteration is not None and unseen:
+                errors.append(Errors.of(iteration.model, validation) if iteration.model.is_trained else None)
+            advance()
+
+        verdicts, iterations, guarded = terms.learned(samples, signals, settings, judge)
+    every = Counter(rejected) + Counter(more)
+    return Training(signals, settings, samples, every, verdicts, iterations, guarded, errors)
+
+
+class HeldTooSeldom(BadInput):
+    """The refusal of a torque that holds too seldom for a command.
+
+    Attributes:
+        measured: the settings under which it gives enough samples.
+        because: why, in words.
+    """
+
+    def __init__(self, sentence: str, measured: SignalSettings, because: str) -> None:
+        super().__init__(sentence)
+        self.measured, self.because = measured, because
+
+
+def _too_few(runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int) -> BadInput:
+    """The refusal of recordings that give `count` samples."""
+    because = _of_a_command(runs, signals, terms, count, batch)
+    doubts = [f"{run.name}: {doubt}; " for run in runs for doubt in remarks_of(run, signals.smoothing)]
+    return because or BadInput(
+        f"{''.join(doubts)}{sequence(runs).name}: {count} damping samples, but one batch needs {batch}; give more or "
+        f"longer recordings (a sample every {signals.sample_period:g} s)"
+    )
+
+
+def _of_a_command(
+    runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int
+) -> HeldTooSeldom | None:
+    """The refusal where a torque that is said to be a command is the reason for so few samples, which is tried; None
+    where it is not."""
+    if signals.torque != COMMANDED:
+        return None
+    joined = sequence(runs)
+    try:
+        otherwise = terms.scaled(runs, signals, MEASURED)
+        measured = len(terms.samples(joined, otherwise)[0])
+    except BadInput:
+        return None
+    if measured < batch:
+        return None
+    effort = words_of(joined.axis).effort
+    because = f"a sample needs one that is constant for {2.0 * signals.reach:.2g} s, which is rare here"
+    return HeldTooSeldom(
+        f"{joined.name}: {count} damping samples, because the {effort} is declared a command: {because}; without "
+        f"`signals.torque: commanded` there are {measured}",
+        otherwise,
+        f"the {effort} is used as a measurement, not as a command: {because}",
+    )
+
+
+def _refuse(joined: Recording, training: Training, terms: Terms, declaration: Declaration, cures: Cures) -> None:
+    """Refuses recordings of which most is wrong from beginning to end, because no curve that is learned of them is
+    right; and those from which too little can be learned, with why, and what to drive."""
+    verdicts, batch = training.verdicts, training.settings.batch
+    aside = [verdict for verdict in verdicts if not verdict.learn]
+    if 2 * len(aside) > len(verdicts) and sum(verdict.learn for verdict in verdicts) < YOUNG_CURVE_BATCHES:
+        raise BadInput(f"{joined.name}: {cures.sentence(aside[0].findings[0])}")
+    idle, excitation = not joined.streams()[TORQUE][1].any(), training.excitation
+    little = idle or 2 * excitation.driven < batch
+    if training.model.is_trained and not little:
+        return
+    wrong = declaration.sign or declaration.doubt
+    if wrong is not None:  # then no manoeuvre helps
+        raise BadInput(f"{joined.name}: {wrong}")
+    undriven_at_all = Excitation(0, excitation.samples, excitation.fastest, None)
+    made = in_words_of(joined.axis, (undriven_at_all if idle else excitation).sentence)
+    drive = in_words_of(joined.axis, EXCITING_MANOEUVRE)
+    by_others = not idle and terms.coupled is None
+    pushed = coupling_sentence(joined, training.samples, training.signals) if by_others else None
+    besides = "" if pushed is None else f"; or other velocities caused it: {pushed}; {VELOCITIES_CURE}"
+    doubted = next((each.findings[0] for each in verdicts if each.findings), None)
+    why = f"too little motion to learn from: {made}; {drive}"
+    if doubted is not None and not little:
+        why = f"no samples are usable: {cures.sentence(doubted)}"
+    raise BadInput(f"{joined.name}: {why}{besides}")
+
+
+MIN_GAIN_SHARE = 0.03
+"""Part of the free run's error by which it must fall before other settings are better: less is chance."""
+AS_GIVEN = frozenset((SMOOTHING, TORQUE_KIND))
+"""The settings of which alternatives are tried, where none is to be replaced."""
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """Signal settings that were tried.
+
+    Attributes:
+        setting: the one that differs.
+        signals: all of them.
+        error: of the free run with them [rad/s].
+        share: by how much the curve may still be off, as a part of it.
+    """
+
+    setting: str
+    signals: SignalSettings
+    error: float
+    share: float
+
+
+def alternative(
+    quick: ResolutionFault,
+    runs: Sequence[Recording],
+    judged_on: Sequence[Recording],
+    signals: SignalSettings,
+    terms: Terms,
+    model: Model,
+    in_force: frozenset[str],
+) -> tuple[str | None, Alternative | None]:
+    """The remark on motion that is faster than the samples show, if it leaves anything to do, and what to go on with.
+
+    Args:
+        runs: what was learned from.
+        judged_on: what decides: the unseen recordings, or those learned from where there are none.
+        signals, model: what is in force.
+        in_force: settings that are alternatives already.
+    """
+    before = terms.free_run(judged_on, signals, model)
+    others = [other for other in _others(quick, runs, signals, terms) if other[0] not in in_force]
+    better = list[Alternative]()
+    with progress("trying other signal settings", len(others)) as advance:
+        for setting, other in others:
+            found = _tried(setting, runs, judged_on, signals, terms, other)
+            enough = found is not None and (before is None or found.error <= (1.0 - MIN_GAIN_SHARE) * before)
+            if found is not None and enough and found.share < quick.share:
+                better.append(found)
+            advance()
+    axis, words = runs[0].axis, words_of(runs[0].axis)
+    if not better:
+        faster = None if in_force else quick.faster(signals)
+        return (None if faster is None else in_words_of(axis, f"{quick.sentence}; record {faster}")), None
+    best = min(better, key=lambda each: (each.setting in terms.by_person, each.error))
+    was = "runs away" if before is None else f"is {before:.3g} {words.rate_unit}"
+    still = f"may still be {100.0 * best.share:.0f} % wrong" if best.share > 0.0 else "is then right within 10 %"
+    name = sequence(judged_on).name
+    gain = (
+        f"the free run's error on {name} {was} without and {best.error:.3g} {words.rate_unit} with it, and the curve "
+        f"{still}"
+    )
+    flag, used = _named(best, signals, words.effort)
+    if best.setting in terms.by_person:
+        return in_words_of(axis, f"{quick.sentence}; give {flag}: {gain}"), None
+    seen = "" if judged_on is runs else f"; {name} decided it, and is no longer quite unseen"
+    return in_words_of(axis, f"{used}: {gain}{seen}"), best
+
+
+def _named(best: Alternative, before: SignalSettings, effort: str) -> tuple[str, str]:
+    """The flag that sets an alternative, and the words for its use in place of what was before."""
+    if best.setting == SMOOTHING:
+        width = f"{best.signals.smoothing:g}"
+        return (
+            f"--set signals.smoothing={width}",
+            f"smoothing over {width} s is used, because {before.smoothing:.2g} s is too slow",
+        )
+    used = f"the {effort} is used as a command, constant until the next, not as a measurement"
+    return f"--set signals.torque={COMMANDED}", used
+
+
+def _others(
+    quick: ResolutionFault, runs: Sequence[Recording], signals: SignalSettings, terms: Terms
+) -> list[tuple[str, SignalSettings]]:
+    """The settings that may mend it, each with the name of the one that differs."""
+    found = list[tuple[str, SignalSettings]]()
+    width = None if quick.late else quick.narrower(signals)
+    if width is not None:
+        found.append((SMOOTHING, with_smoothing(signals, width)))
+    if signals.torque != COMMANDED and terms.learner is not None:
+        found.append((TORQUE_KIND, replace(signals, torque=COMMANDED)))
+    elif signals.torque != COMMANDED:
+        found.append((TORQUE_KIND, terms.scaled(runs, signals, COMMANDED)))
+    return found
+
+
+def _tried(
+    setting: str,
+    runs: Sequence[Recording],
+    judged_on: Sequence[Recording],
+    signals: SignalSettings,
+    terms: Terms,
+    other: SignalSettings,
+) -> Alternative | None:
+    """The result of other settings; None if they give too few samples, or the model diverges."""
+    joined = sequence(runs)
+    try:
+        samples, _ = terms.samples(joined, other)
+        _, iterations, _ = terms.learned(samples, other, terms.settings(joined, samples))
+    except BadInput:
+        return None
+    if not iterations or not iterations[-1].model.is_trained:
+        return None
+    error = terms.free_run(judged_on, signals, iterations[-1].model)
+    left = resolution_fault(samples, other.smoothing)
+    return None if error is None else Alternative(setting, other, error, 0.0 if left is None else left.share)
