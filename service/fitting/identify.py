@@ -27,7 +27,7 @@ from service.cli.progress import progress
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.vehicle_file import MARK, is_name, read_values, write_vehicle
-from service.fitting.each_log import body_axes, refuse_frame, refuse_odd
+from service.fitting.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
 from service.fitting.good_enough import Use, good_enough, good_enough_lines, without_gyro
 from service.fitting.request import Request, read_body
 from service.fitting.results import Result, frame, plots, with_next
@@ -142,6 +142,7 @@ def _of_recordings(
     refuse_twice([*runs, *unseen])
     for run in (*runs, *unseen):
         refuse_implausible(run)
+    refuse_idle([*runs, *unseen], body_axes(runs))
     refuse_odd([*runs, *unseen], body_axes(runs))
     refuse_frame(runs)
     motion = prepared([run.body_streams() for run in runs])

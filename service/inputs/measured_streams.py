@@ -79,7 +79,8 @@ def measure(
     thrusters = [each for each in (inputs.thrusters, *(change.thrusters for change in changes)) if each is not None]
     places = list(dict.fromkeys((*inputs.places(), *(place for each in thrusters for place in each.places()))))
     _refuse_missing(places, tables)
-    known = _with_whole_stamps(places, tables)
+    sources = inputs.sources_of(axis.rate, axis.effort)
+    known, marks = _without_marks(sources, _with_whole_stamps(places, tables))
     doubts = tuple(_two_senders(inputs, known, axis))
     rate = known[inputs.yaw_rate.topic]
     stamps = stamps_of(inputs.yaw_rate, rate)
@@ -88,8 +89,6 @@ def measure(
     if rate.arrival is None and stamps is not None:
         notes += table_time(tables[inputs.yaw_rate.topic], inputs.yaw_rate.stamp)[1]
     state = State(clock, _first_voltage(inputs, known))
-    sources = inputs.sources_of(axis.rate, axis.effort)
-    known, marks = _without_marks(sources, known)
     state, found, own = take(inputs, state, known, changes, rate=axis.rate, effort=axis.effort)
     for settings in thrusters:
         if settings.command == "pwm" and (silent := silent_outputs(settings, state, outputs_alone=True)):
@@ -193,10 +192,15 @@ def _notes(
         if clock.pace != 1.0 and not is_own:
             yield pace_note(axis.rate, clock.pace)
         if stamps is not None and not is_own:
-            if clock.of_arrival and (found := pace(arrival_of(tables[topic], stamps), stamps)) != 1.0:
+            if (
+                name == axis.effort
+                and clock.pace == 1.0
+                and (found := pace(arrival_of(tables[topic], stamps), stamps)) != 1.0
+            ):
+                bears = "bears no stamp" if clock.of_arrival else "bears the stamps of the arrivals"
                 raise BadInput(
-                    f"{axis.rate} bears no stamp, and those of {name} run at {found:.3g} times the speed of the "
-                    f"arrivals, as a simulator's do: record the {words_of(axis).rate} with stamps of that clock"
+                    f"{axis.rate} {bears}, and those of {name} run at {found:.3g} times the speed of the arrivals, as "
+                    f"a simulator's do: record the {words_of(axis).rate} with stamps of that clock"
                 )
             yield f"the stamps of {name} are of another clock than those of {axis.rate}: its times of arrival are used"
 
@@ -218,7 +222,8 @@ def _two_senders(inputs: Inputs, tables: Mapping[str, Table], axis: Axis) -> Ite
         share = by_turns(table.columns[SENDER], values) if SENDER in table.columns else None
         by_sender = share is not None
         if share is None:
-            share = alternates(_rising(arrival_of(table, stamps) if stamps is None else stamps, values)[1])
+            in_order = _rising(arrival_of(table, stamps) if stamps is None else stamps, values)[1]
+            share = alternates(in_order, is_velocity=name == axis.rate)
         if share is not None:
             yield sentence(name, "one name" if topic == ROWS else topic, share, by_sender)
         if table.arrival is not None and stamps is not None and two_clocks(table.arrival, stamps):

@@ -4,6 +4,7 @@ name, and those that seem to be in degrees."""
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from math import degrees, pi
 from pathlib import Path
@@ -43,12 +44,12 @@ _AXES = (
 
 
 def rank(values: Array, marked: bool = False) -> int:
-    """How poor a candidate is by its values (n,): 0 moving, 1 marked as no measurement, 2 still, 3 without any."""
+    """How poor a candidate is by its values (n,): 0 moving, 1 marked as no measurement, 2 still, 3 constant or none."""
     known = values[np.isfinite(values)]
-    if not known.size:
+    if not known.size or not np.ptp(known):
         return 3
     noise = white_noise(np.diff(known, 3)) if known.size > 10 else 0.0
-    return 2 if np.quantile(np.abs(known), 0.99) <= MIN_TURN_DEVIATIONS * noise or not known.any() else int(marked)
+    return 2 if np.quantile(np.abs(known), 0.99) <= MIN_TURN_DEVIATIONS * noise else int(marked)
 
 
 def ranks(log: Log, topics: Sequence[Topic]) -> dict[tuple[str, str], int]:
@@ -97,7 +98,7 @@ def turning_instead(log: Log, source: Source, name: str) -> str:
     best = source.model_copy(update={"topic": found[0][1][0], "field": found[0][1][1], "sign": 1})
     return (
         f"; what turns is {', '.join(named)}: if that is the vehicle's yaw, give --column "
-        f"{name}={typed_source_with_unit(best)}"
+        f"{shlex.quote(f'{name}={typed_source_with_unit(best)}')}"
     )
 
 
@@ -172,7 +173,8 @@ def refuse_without_numbers(path: Path, log: Log) -> None:
 
 
 def _sentence(name: str, source: Source, looks: str, taken: str) -> str:
-    return f"{name} looks like {looks} and is read as {taken}: --column {name}={typed_source(source)}:{looks}"
+    place = shlex.quote(f"{name}={typed_source(source)}:{looks}")
+    return f"{name} looks like {looks} and is read as {taken}: --column {place}"
 
 
 def _beyond(name: str, source: Source, streams: Streams) -> bool:

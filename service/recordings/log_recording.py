@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -39,13 +40,11 @@ def recording_of(reading: Reading, path: Path, log: Log, proposal: Proposal, mea
     ours, source = log.format == OURS, proposal.inputs.yaw_rate
     if reading.learns and measured.doubts:
         raise BadInput(f"{path}: {measured.doubts[0]}")
-    if source is not None and reading.axis == YAW and not measured.streams[YAW.rate][0].size:
-        raise BadInput(
-            f"{path}: there is no value of yaw_rate in {source.topic}"
-            + (turning_instead(log, source, "yaw_rate") or f"; `incsvr inspect {path}` shows what there is")
-        )
+    instead = turning_instead(log, source, YAW.rate) if source is not None and reading.axis == YAW else ""
+    if source is not None and instead and not measured.streams[YAW.rate][0].size:
+        raise BadInput(f"{path}: there is no value of yaw_rate in {source.topic}{instead}")
     recording = _in_cut(reading, path, log, measured, proposal.inputs)
-    notes, places = (*proposal.sentences, *measured.notes), {} if ours else _places(proposal.inputs, reading.axis)
+    notes, places = (*proposal.sentences, *measured.notes), _places(proposal.inputs, reading.axis, ours)
     units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
     recording = replace(recording, axis=reading.axis, notes=notes, places=places, units=units)
     recording = in_body(recording, reading.description.inputs)
@@ -53,7 +52,7 @@ def recording_of(reading: Reading, path: Path, log: Log, proposal: Proposal, mea
     if not reading.learns:
         return recording
     recording = armed_alone(path, recording, ours and reading.ours_whole)
-    if ours:
+    if ours and not instead:
         return recording
     rate = recording.rate[~np.isnan(recording.rate)]
     refuse_still(path, log, source if reading.axis == YAW else None, rate, words_of(reading.axis))
@@ -68,7 +67,11 @@ def _in_cut(reading: Reading, path: Path, log: Log, measured: MeasuredStreams, i
     axis, ours = reading.axis, log.format == OURS
     for name in (axis.rate, axis.effort):
         if name not in measured.streams or not measured.streams[name][0].size:
-            raise BadInput(f"{path}: there is no value of {name}; `incsvr inspect {path}` shows what there is")
+            raise BadInput(
+                f"{path}: the column {name} is empty; it must hold the {_quantity(axis, name)}"
+                if ours
+                else f"{path}: there is no value of {name}; `incsvr inspect {path}` shows what there is"
+            )
     time = measured.streams[axis.rate][0]
     streams = _later(measured.streams)
     instants = streams[axis.rate][0]
@@ -131,17 +134,28 @@ def _cut(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:
     return replace(recording, time=recording.time[inside], columns=columns_inside(recording.columns, inside))
 
 
-def _places(inputs: Inputs, axis: Axis) -> dict[str, str]:
-    """The sources of all quantities, with their units as a person types them."""
+def _quantity(axis: Axis, column: str) -> str:
+    """The quantity and unit of the velocity or the effort of an axis."""
+    words = words_of(axis)
+    if column == axis.rate:
+        return f"{words.rate} [{words.rate_unit}]"
+    return f"{words.name} {words.moment} of the actuators [{words.effort_unit}]"
+
+
+def _places(inputs: Inputs, axis: Axis, ours: bool) -> dict[str, str]:
+    """The sources of all quantities, with their units as a person types them; of `ours` those of another name."""
     sources = inputs.sources_of(axis.rate, axis.effort)
-    return {name: typed_source_with_unit(source) for name, source in sources.items()}
+    return {
+        name: typed_source_with_unit(source) for name, source in sources.items() if not ours or source.field != name
+    }
 
 
 def _in_degrees(source: Source | None, axis: Axis) -> str:
     """The flag for a yaw rate in degrees per second that was read as rad/s."""
     if source is None or axis.along or source.unit not in ("", "rad/s"):
         return ""
-    return f"; if it is in degrees per second, give the unit: --column {axis.rate}={typed_source(source)}:deg/s"
+    place = shlex.quote(f"{axis.rate}={typed_source(source)}:deg/s")
+    return f"; if it is in degrees per second, give the unit: --column {place}"
 
 
 def _later(streams: Streams) -> dict[str, Stream]:

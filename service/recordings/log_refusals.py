@@ -15,7 +15,7 @@ from incsvr.plant.axes import AXES
 from incsvr.plant.words import AxisWords
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
-from service.inputs.column_spec import of_this_log
+from service.inputs.column_spec import of_this_log, typed_source
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import Assumption
@@ -40,7 +40,7 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words
         return
     cure = (
         f"the {words.effort} is a fraction of full thrust, not {words.effort_unit}, until its scale is given: "
-        f"--column '{words.effort_column}={torque.topic}.{torque.field}*NEWTON_METRES'"
+        f"--column '{words.effort_column}={typed_source(torque)}*NEWTON_METRES'"
     )
     time, rate = measured.streams[words.rate_column]
     if measured.armed is not None:

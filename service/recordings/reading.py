@@ -31,9 +31,7 @@ from service.logs.dives import Dive, dives
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.recordings.log_recording import recording_of
-from service.recordings.log_refusals import (
-    beside_assumptions,
-)
+from service.recordings.log_refusals import beside_assumptions
 from service.recordings.recording import (
     Recording,
 )

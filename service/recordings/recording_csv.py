@@ -18,7 +18,6 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import words_of
 from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.table import Table
 from service.logs.cells import EMPTY_CELLS
@@ -50,19 +49,8 @@ def open_recording(path: Path, axis: Axis) -> TableLog:
     header, lines = _rows(path)
     columns = {name: _numbers(path, name, cells) for name, cells in zip(header, zip(*lines, strict=True), strict=True)}
     _check_time(path, columns["t"])
-    for name in (axis.rate, axis.effort):
-        if np.isnan(columns[name]).all():
-            raise BadInput(f"{path}: the column {name} is empty; it must hold the {_unit(axis, name)}")
     _check_instants(path, columns)
     return TableLog(OURS, Table(None, columns, {}))
-
-
-def _unit(axis: Axis, column: str) -> str:
-    """The quantity and unit of a column."""
-    words = words_of(axis)
-    if column == axis.rate:
-        return f"{words.rate} [{words.rate_unit}]"
-    return f"{words.name} {words.moment} of the actuators [{words.effort_unit}]"
 
 
 def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
