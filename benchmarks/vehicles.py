@@ -31,8 +31,8 @@ from incsvr.tracing.recordings import recordings_of
 from incsvr.tracing.run import Run
 from service.fitting.fit import Fit
 from service.fitting.trace import runs_of, trace_recordings
+from service.recordings.reading import read
 from service.recordings.recording import Recording, sequence
-from service.recordings.recording_csv import read
 from service.recordings.samples_from_recording import samples_of, signals_for
 
 SETTLING_RATIO = 30.0
@@ -95,8 +95,7 @@ def material(case: Case) -> Material:
     vehicle, name, inertia, fitted_names, unseen_names = case
     axis = AXES[name]
     fitted, unseen = (
-        [read(MEASURED / vehicle / f"{one}.csv", axis=axis, rate_limit=axis.fastest) for one in half]
-        for half in (fitted_names, unseen_names)
+        [read(MEASURED / vehicle / f"{one}.csv", axis) for one in half] for half in (fitted_names, unseen_names)
     )
     runs, rest = runs_of(fitted), runs_of(unseen)
     channels, _ = usable_channels([*runs, *rest])

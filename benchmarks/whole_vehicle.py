@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.study import HALVES, MEASURED, Record, grouped, run, seeds, share, table
 from incsvr.vehicle import Identified, identify
-from service.recordings.recording_csv import read
+from service.recordings.reading import read
 from simulator.dive_log import dives
 from simulator.vehicles import BODIES, NAMES, Vehicle
 

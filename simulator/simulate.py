@@ -16,7 +16,7 @@ from service.config.sources import from_arguments
 from service.config.vehicle_file import read_vehicle
 from service.recordings.manoeuvre import read_plan
 from service.recordings.reading import Reading, add_log_arguments
-from service.recordings.recording import Recording, of_axis, sequence
+from service.recordings.recording import Recording, sequence
 from service.recordings.recording_csv import write
 from service.wire.json_text import write_json
 from simulator import leng
@@ -79,7 +79,7 @@ def _play_whole_vehicle(args: argparse.Namespace, config: Config, file: Path) ->
     if args.write is not None:
         return _written(args.write, [replace(recording, name="whole")])
     learners = (first, *(each for each in learners if first.hears(each)))
-    axes = [(each, of_axis(recording, AXES[each.vehicle.axis])) for each in learners]
+    axes = [(each, replace(recording, axis=AXES[each.vehicle.axis])) for each in learners]
     return play_axes(args, axes, recording.name)
 
 

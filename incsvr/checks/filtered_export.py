@@ -8,6 +8,7 @@ that come more slowly than the vehicle settles show where it settles, and not ho
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.checks.own_motion import least_squares
 from incsvr.numerics import Array
@@ -15,6 +16,12 @@ from incsvr.numerics import Array
 Stream = tuple[Array, Array]
 STRAIGHT_SHARE, MAX_BEND_SHARE = 0.7, 0.02
 """Share of a moving command without a bend, and how large a bend is none, in parts of its steps."""
+SIX_DIGITS = 2e-5
+"""Bend of a motion that is none, in parts of its size, where its values have six digits."""
+MIN_REPEATS = 3
+"""Times that each value of a motion comes from which on a slower stream was filled up: some send each value twice."""
+MAX_PIECE = 50
+"""Samples of a straight piece of a motion at most: from step to step of a command, a motion without noise has more."""
 MIN_JOINT_SHARE, MIN_JOINTS = 0.3, 12
 """The bend at a joint in parts of the steps, and joints at least: a slow sine is straight, too, and has none."""
 MIN_SLOPE_SPREAD = 0.1
@@ -36,8 +43,12 @@ RAW = "export the raw samples: the curve may be wrong by its own size, whatever 
 
 def filtered_export(rate: Stream, effort: Stream) -> str | None:
     """A sentence, a template of `AxisWords`, on streams that look filtered or resampled; None where they do not."""
-    if joined_by_lines(effort[1]):
-        return f"the {{effort}} has only straight pieces between joints, as where it was resampled by lines: {RAW}"
+    for name, values in (("effort", effort[1]), ("rate", rate[1])):
+        if joined_by_lines(values, is_exact=name == "rate"):
+            return f"the {{{name}}} has only straight pieces between joints, as where it was resampled by lines: {RAW}"
+    count = repeats(rate[1])
+    if count >= MIN_REPEATS:
+        return f"the {{rate}} repeats each of its values {count} times, as where a slower stream was filled up: {RAW}"
     if answers_early(rate, effort):
         return (
             "the {rate} changes before the {effort} does, as where it was filtered both ways, or the {effort}'s stamps "
@@ -53,24 +64,53 @@ def filtered_export(rate: Stream, effort: Stream) -> str | None:
     return None
 
 
-def joined_by_lines(values: Array) -> bool:
-    """Whether a command (n,) consists of straight pieces of several samples between joints."""
+def repeats(values: Array) -> int:
+    """How many times each value of a motion (n,) comes, where nearly all come equally often; else 1."""
+    lengths = np.diff(np.flatnonzero(np.concatenate(([True], np.diff(values) != 0.0, [True]))))
+    if lengths.size < 3 * MIN_JOINTS:
+        return 1
+    usual = int(np.median(lengths))
+    return usual if float(np.mean(lengths == usual)) > 0.9 else 1
+
+
+def joined_by_lines(values: Array, is_exact: bool = False) -> bool:
+    """Whether a stream (n,) consists of straight pieces of several samples between joints.
+
+    Args:
+        is_exact: the pieces are straight but for rounding, and equally long: of a motion without noise, neither is.
+    """
     steps = np.diff(values)
     moving = steps[1:] != 0.0
     usual = float(np.median(np.abs(steps[steps != 0.0]))) if (steps != 0.0).any() else 0.0
+    straightest = _rounding(values, usual) if is_exact else MAX_BEND_SHARE * usual
     if np.count_nonzero(moving) < 3 * MIN_JOINTS:
         return False
     bends = np.abs(np.diff(steps))[moving]
     joints = bends > MIN_JOINT_SHARE * usual
-    straight = bends < MAX_BEND_SHARE * usual
+    straight = bends <= straightest
     slopes = np.abs(steps[1:][moving][straight])
     limited = slopes.size > 0 and float(np.ptp(np.quantile(slopes, (0.1, 0.9)))) < MIN_SLOPE_SPREAD * usual
     return bool(
         straight.mean() > STRAIGHT_SHARE
         and not limited
+        and (not is_exact or _is_regular(1 + np.flatnonzero(moving)[joints]))
         and np.count_nonzero(joints) >= MIN_JOINTS
         and np.count_nonzero(straight | joints) > 0.9 * bends.size
     )
+
+
+def _rounding(values: Array, usual: float) -> float:
+    """The bend [their unit] that rounding makes of straight pieces of values (n,) with such usual steps."""
+    levels = np.diff(np.unique(values))
+    step = float(levels.min()) if levels.size else 0.0
+    return max(2.0 * step if 20.0 * step < usual else 0.0, SIX_DIGITS * float(np.max(np.abs(values))))
+
+
+def _is_regular(joints: NDArray[np.intp]) -> bool:
+    """Whether joints (n,), by their samples, are so many periods of one length apart: no command of a vehicle is."""
+    apart = np.diff(joints)
+    period = int(np.quantile(apart, 0.05)) if apart.size else 0
+    return 1 < period <= MAX_PIECE and float(np.mean(apart % period == 0)) > 0.9
 
 
 def answers_early(rate: Stream, effort: Stream) -> bool:

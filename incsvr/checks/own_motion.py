@@ -213,15 +213,51 @@ def planar(seen: Filtered, lever: tuple[float, float] = (0.0, 0.0), coupled: boo
     return Planar(float(np.mean([fit.left for fit in fits.values()])) if fits else 1.0, int(signs[0]) if agree else 0)
 
 
-def turned(seen: Filtered, heading: Array, swapped: bool) -> Filtered:
-    """Velocities to the north and east (or east and north, `swapped`) turned into the body by a heading (n,) [rad]."""
+def turned(seen: Filtered, heading: Array, swapped: bool, mirrored: bool = False) -> Filtered:
+    """Velocities to the north and east (or east and north, `swapped`) turned into the body by a heading (n,) [rad].
+
+    Args:
+        mirrored: east counts to the other side than the heading.
+    """
     names = ("sway", "surge") if swapped else ("surge", "sway")
-    north, east = (seen.value[name] for name in names)
-    rise_north, rise_east = (seen.slope[name] for name in names)
+    side = -1.0 if mirrored else 1.0
+    north, east = seen.value[names[0]], side * seen.value[names[1]]
+    rise_north, rise_east = seen.slope[names[0]], side * seen.slope[names[1]]
     cos, sin, rate = np.cos(heading), np.sin(heading), seen.value["yaw_rate"]
     u, v = cos * north + sin * east, cos * east - sin * north
     du, dv = cos * rise_north + sin * rise_east + rate * v, cos * rise_east - sin * rise_north - rate * u
     return replace(seen, value={**seen.value, "surge": u, "sway": v}, slope={**seen.slope, "surge": du, "sway": dv})
+
+
+FRAMES = (
+    ("north_east", False, False),
+    ("east_north", True, False),
+    ("north_east", False, True),
+    ("east_north", True, True),
+)
+"""Frames of the world: its name, and how `turned` is told of it."""
+MIN_TURN_RAD = 1.0
+"""How far a heading turns at least to show a frame [rad]."""
+OFFSETS: Array = np.arange(0.0, 2.0 * np.pi, np.pi / 12.0, dtype=np.float64)
+"""Headings that are tried at the begin of a log without one [rad]."""
+
+
+def world_frame(seen: Filtered, heading: Array | None, left: float) -> tuple[str, bool] | None:
+    """The frame of the world in which the velocities are, by its name, and whether it is mirrored; None without one.
+
+    Args:
+        heading: (n,) [rad]; without, that of the gyro is tried from several beginnings.
+        left: what is left by the velocities as they are.
+    """
+    if heading is not None:
+        angles = [heading] if np.ptp(heading) > MIN_TURN_RAD else []
+    else:
+        turn = np.concatenate(([0.0], np.cumsum(np.diff(seen.time) * seen.value["yaw_rate"][1:])))
+        angles = [turn + offset for offset in OFFSETS.tolist()] if np.ptp(turn) > MIN_TURN_RAD else []
+    for name, swapped, mirrored in FRAMES:
+        if any(planar(turned(seen, angle, swapped, mirrored)).left < MIN_BETTER_RATIO * left for angle in angles):
+            return name, mirrored
+    return None
 
 
 MAX_LEVER_M = 3.0

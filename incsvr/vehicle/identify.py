@@ -217,7 +217,7 @@ def _check(runs: Sequence[Streams], axes: Sequence[str], given: Mapping[str, flo
 def _refusals(axes: Sequence[str]) -> dict[str, str]:
     """The axes that cannot be modelled, and why."""
     return {
-        axis.name: f"no {axis.rate} was recorded; record it, or name its column: --column {axis.rate}=NAME"
+        axis.name: f"no {axis.rate} was recorded that changes; record it, or name its column: --column {axis.rate}=NAME"
         for axis in AXES.values()
         if axis.name not in axes
     }

@@ -23,15 +23,19 @@ HELD_SHARE = 0.3
 def prepared(runs: Sequence[Streams]) -> list[Streams]:
     """The stretches without pauses, each with the velocities, efforts and angles that every run has.
 
+    A velocity that never changes is left out: a column of zeros was not measured.
+
     Raises:
         BadInput: no velocity is in every run, or no stretch is long enough.
     """
     names = (*VELOCITIES, *EFFORTS, *ANGLES)
     recorded = [name for name in names if all(name in run and run[name][0].size > 1 for run in runs)]
+    constant = [name for name in VELOCITIES if name in recorded and not any(np.ptp(run[name][1]) for run in runs)]
+    recorded = [name for name in recorded if name not in constant]
     velocities = [name for name in recorded if name in VELOCITIES]
     if not velocities:
         raise BadInput(
-            "no velocity of the vehicle is in every recording; name them: --column surge=NAME --column yaw_rate=NAME"
+            "no velocity that changes is in every recording; name them: --column surge=NAME --column yaw_rate=NAME"
         )
     found = [part for run in runs for part in _without_gaps({name: run[name] for name in recorded})]
     found = [part for part in found if min(part[name][0].size for name in velocities) > MIN_SAMPLES]

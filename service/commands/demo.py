@@ -31,8 +31,8 @@ from service.cli.output import add_json_argument, destination, emit, iteration_l
 from service.commands.demo_verdict import outcome, verdict
 from service.config.configuration import Config
 from service.config.sections import Bus
+from service.recordings.reading import read
 from service.recordings.recording import sequence
-from service.recordings.recording_csv import read
 from service.wire import EffectsLedger, Health, IterationHistory, IterationReport, decode
 from service.wire.json_text import write_json
 

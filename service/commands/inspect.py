@@ -31,10 +31,10 @@ from service.inputs.presets import Proposal
 from service.inputs.settings import Inputs, Source, Thrusters
 from service.inputs.table import Table, Topic
 from service.inputs.units import si_unit, units_of
+from service.logs.candidates import in_degrees, refuse_without_numbers
 from service.logs.cutting import Cut
 from service.logs.dives import one_dive
 from service.logs.reading import LogDescription, cut_log, describe, read, writing_times
-from service.logs.suspect_columns import in_degrees, refuse_without_numbers
 from service.recordings.reading import add_log_arguments
 
 BUS = "service.commands.inspect_bus"

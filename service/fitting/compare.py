@@ -11,7 +11,7 @@ from incsvr.vehicle import compare as compare_dives
 from incsvr.vehicle.causes import causes
 from incsvr.vehicle.compare import Comparison, Value
 from service.cli.next_command import LOG_FLAGS, next_line
-from service.fitting.each_log import body_axes, refuse_frame, refuse_odd
+from service.fitting.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
 from service.fitting.good_enough import MAX_CHANGE_SHARE, Use, good_enough, good_enough_lines, noticing, unknown
 from service.fitting.identify import body_reading, configured
 from service.fitting.request import Request, read_body
@@ -91,7 +91,8 @@ def compare(request: Request) -> Dives:
         refuse_implausible(recording, reading.several)
     recordings, order = _in_order(recordings)
     with beside_assumptions(notes_of(recordings)):
-        refuse_odd(recordings, body_axes(recordings), delays=True)
+        refuse_idle(recordings, body_axes(recordings))
+        refuse_odd(recordings, body_axes(recordings))
         refuse_frame(recordings)
     streams = [recording.body_streams() for recording in recordings]
     compared = compare_dives(streams, [recording.name for recording in recordings], masses)

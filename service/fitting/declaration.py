@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,10 +14,9 @@ from incsvr.checks import Finding
 from incsvr.checks.apparent_inertia import ApparentInertia, apparent_inertia
 from incsvr.checks.delays import SIGN_DELAYS_S, torque_sign
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
 from incsvr.plant.axes import Axis
 from incsvr.plant.words import AxisWords, words_of
-from incsvr.signals import TORQUE
+from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import TorqueKind
 from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
@@ -101,6 +100,8 @@ DEGREE_FACTORS = 30.0, 110.0
 """Between which factors the inertia seems too small where rad/s are taken for deg/s: 57, and what hides."""
 MILLISECOND_FACTORS = 300.0, 3000.0
 """Between which factors the inertia seems too small where stamps in ms are taken for s: a thousand, and what hides."""
+MIN_STEP_IN_MILLISECONDS = 1.0
+"""Step of a yaw rate from which on its seconds may be milliseconds: a gyro is no faster than 1 kHz."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +152,8 @@ def judge_declaration(
         samples, _ = samples_of(joined, signals, None)
     except BadInput:  # too slow, too short or at rest: whoever learns or traces says so
         return nothing
-    found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia, cures, words))
+    is_slow = float(np.median(np.diff(joined.streams()[YAW_RATE][0]))) >= MIN_STEP_IN_MILLISECONDS
+    found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia, cures, words, is_slow))
     counts = torque_sign(samples, inertia, joined.streams()[TORQUE], signals.smoothing)
     if counts is None:
         return found
@@ -173,8 +175,12 @@ def judge_declaration(
     return replace(found, sign=f"{opposite}; turn the sign of one of them ({cures.of_sign})")
 
 
-def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures, words: AxisWords) -> str | None:
-    """A sentence where the declared inertia [kg m²] and the torque do not fit each other by a factor."""
+def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures, words: AxisWords, is_slow: bool) -> str | None:
+    """A sentence where the declared inertia [kg m²] and the torque do not fit each other by a factor.
+
+    Args:
+        is_slow: whether the samples come so slowly that their stamps may be milliseconds.
+    """
     if shown is None or not shown.contradicts(declared):
         return None
     asks = (
@@ -184,7 +190,7 @@ def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures, words: 
     if cures.in_radians and DEGREE_FACTORS[0] <= shown.middle / declared <= DEGREE_FACTORS[1]:
         return f"{asks}, as if a {words.rate} in rad/s were read as deg/s, as its name says: give `{cures.in_radians}`"
     unit, own = _unit(shown, declared, words.effort), "declare the vehicle's own with --inertia"
-    if MILLISECOND_FACTORS[0] <= shown.middle / declared <= MILLISECOND_FACTORS[1]:
+    if is_slow and MILLISECOND_FACTORS[0] <= shown.middle / declared <= MILLISECOND_FACTORS[1]:
         return f"{asks}, as if stamps in milliseconds were read as seconds: give `--column t=t:ms`, or {own}"
     if unit is not None:
         return f"{unit}: scale it with `{cures.scale}`; {asks}: if the {words.effort} is in {words.effort_unit}, {own}"
@@ -221,12 +227,8 @@ def _refuse_pulses(recording: Recording) -> None:
 
 
 def _later(recording: Recording, delay: float) -> Recording:
-    """The recording with its torque so much later [s]; what other axes displaced goes with the rest."""
-    beside = {f"{name} ": values for name, values in recording.displaced.items()}
-    whole = replace(recording, columns={**recording.columns, **beside}, displaced={})
-    streams: Mapping[str, tuple[Array, Array]] = whole.streams()
-    time, torque = streams[TORQUE]
-    moved = from_streams(recording.name, {**streams, TORQUE: (np.round(time + delay, 9), torque)})
-    columns = {name: values for name, values in moved.columns.items() if name not in beside}
-    displaced = {name: moved.columns[f"{name} "] for name in recording.displaced}
-    return replace(recording, time=moved.time, columns=columns, displaced=displaced)
+    """The recording with its effort so much later [s]."""
+    streams, effort = recording.body_streams(), recording.axis.effort
+    time, values = streams[effort]
+    moved = from_streams(recording.name, {**streams, effort: (np.round(time + delay, 9), values)})
+    return replace(recording, time=moved.time, columns=moved.columns)

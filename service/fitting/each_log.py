@@ -12,12 +12,21 @@ from math import degrees
 
 import numpy as np
 
-from incsvr.checks.own_motion import MIN_BETTER_RATIO, Filtered, Response, filtered, lever, planar, response, turned
+from incsvr.checks.own_motion import (
+    MIN_BETTER_RATIO,
+    Filtered,
+    Response,
+    filtered,
+    lever,
+    planar,
+    response,
+    world_frame,
+)
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, Axis
 from incsvr.plant.words import words_of
-from service.logs.suspect_columns import heading_in_degrees
+from service.logs.candidates import heading_in_degrees
 from service.recordings.recording import Recording
 from service.recordings.velocities import heading_at
 
@@ -34,8 +43,6 @@ MAX_LEFT = 0.05
 """Share of an effort that is left at most where a delay is known well."""
 MIN_FRAME_LEFT = 0.05
 """Share that is left at least where velocities may be those of another place or frame."""
-MIN_TURN_RAD = 1.0
-"""How far a heading turns at least to show a frame [rad]."""
 
 
 def column(run: Recording, name: str, change: str, several: bool) -> str:
@@ -53,12 +60,36 @@ def column(run: Recording, name: str, change: str, several: bool) -> str:
     return f"--column {text if shlex.quote(plain) == plain else shlex.quote(text)}"
 
 
-def refuse_odd(runs: Sequence[Recording], axes: Sequence[Axis], sign_known: bool = False, delays: bool = False) -> None:
+MIN_EFFORT = 1e-9
+"""The largest effort [N, N m] below which nothing pushes: what is left of thrusts that cancel each other."""
+
+
+def refuse_idle(runs: Sequence[Recording], axes: Sequence[Axis]) -> None:
+    """Refuses logs in which velocities change, and no effort of any of these axes does in any log.
+
+    Raises:
+        BadInput: naming the first log, its effort, and where that comes from.
+    """
+    every = [(axis, run, run.body_streams()) for run in runs for axis in axes]
+    known = [(axis, run, each) for axis, run, each in every if axis.effort in each and each[axis.effort][0].size]
+    if not known or any(float(np.ptp(each[axis.effort][1])) > MIN_EFFORT for axis, _, each in known):
+        return
+    axis, run, streams = known[0]
+    words, source = words_of(axis), run.places.get(axis.effort)
+    where = f"its source, {source}" if source else "the thrusters' outputs, directions and frame"
+    reach = float(np.max(np.abs(streams[axis.rate][1]), initial=0.0)) if axis.rate in streams else 0.0
+    raise BadInput(
+        f"{run.name}: the {words.effort} is {float(streams[axis.effort][1][0]):.2g} {words.effort_unit} throughout, "
+        f"while the {words.rate} goes up to {reach:.2g} {words.rate_unit}: no effort is recorded; check {where} "
+        "(`incsvr inspect FILE` shows what there is)"
+    )
+
+
+def refuse_odd(runs: Sequence[Recording], axes: Sequence[Axis], sign_known: bool = False) -> None:
     """Refuses a log whose effort, or rate, counts otherwise than its motion or the other logs show.
 
     Args:
         sign_known: signs are taken as they are.
-        delays: whether a delay of one log's own is refused, too.
 
     Raises:
         BadInput: naming the log, and the flag that mends it.
@@ -79,8 +110,7 @@ def refuse_odd(runs: Sequence[Recording], axes: Sequence[Axis], sign_known: bool
             others = [other for each, other in seen if each is not run]
             if others:
                 _refuse_unit(run, found, others, axis)
-                if delays:
-                    _refuse_delay(run, found, others, axis)
+                _refuse_delay(run, found, others, axis)
 
 
 def _refuse_unit(run: Recording, found: Response, others: Sequence[Response], axis: Axis) -> None:
@@ -123,6 +153,8 @@ def _refuse_delay(run: Recording, found: Response, others: Sequence[Response], a
     usual = float(np.median(theirs))
     apart = found.delay - usual
     known = float(found.left.min()) < MAX_LEFT and np.ptp(theirs) <= MIN_OTHER_DELAY_S
+    inertia = float(np.median([each.inertia for each in others]))
+    known &= inertia / MIN_SCALE < found.inertia < MIN_SCALE * inertia  # where it is none, the delay is none either
     if len(others) == 1:  # of two, the one that is farther from none
         known &= abs(found.delay) > abs(usual)
     if not known or abs(apart) < MIN_OTHER_DELAY_S or float(found.left.min()) > MIN_BETTER_RATIO * found.left_at(usual):
@@ -131,7 +163,7 @@ def _refuse_delay(run: Recording, found: Response, others: Sequence[Response], a
     late, early = (words.rate, words.effort) if apart > 0.0 else (words.effort, words.rate)
     raise BadInput(
         f"{run.name}: the {late} is {abs(apart):.2g} s later against the {early} than in the other logs: a filter, or "
-        "the stamps, of this recording; export it again without, or leave this log out: its inertia cannot be compared"
+        "the stamps, of this recording; export it again without, or leave this log out"
     )
 
 
@@ -165,15 +197,14 @@ def refuse_frame(runs: Sequence[Recording]) -> None:
             raise BadInput(f"{run.name}: heading looks like degrees and is read as radians: give {flag}")
     parts = [part for _, part, _ in seen]
     whole, headings = reduce(Filtered.joined, parts), [each for _, _, each in seen if each is not None]
-    found, heading = planar(whole), np.concatenate(headings) if len(headings) == len(parts) else None
-    if found.left > MIN_FRAME_LEFT and heading is not None and np.ptp(heading) > MIN_TURN_RAD:
-        for frame, swapped in (("north_east", False), ("east_north", True)):
-            if planar(turned(whole, heading, swapped)).left < MIN_BETTER_RATIO * found.left:
-                north, east = frame.split("_")
-                raise BadInput(
-                    f"surge and sway look like velocities to the {north} and {east}: turned by the heading, they "
-                    f"explain the efforts; give --set inputs.velocity_frame={frame}"
-                )
+    found = planar(whole)
+    recorded = len(headings) == len(parts)
+    heading = np.concatenate(headings) if recorded else None
+    frame = None
+    if found.left > MIN_FRAME_LEFT and (recorded or len(parts) == 1):
+        frame = world_frame(whole, heading, found.left)
+    if frame is not None:
+        raise BadInput(_of_world(seen[0][0], *frame, recorded))
     _refuse_hands([run for run, _, _ in seen], parts)
     place = lever(whole) if found.left > MIN_FRAME_LEFT else None
     if place is not None:
@@ -182,6 +213,21 @@ def refuse_frame(runs: Sequence[Recording]) -> None:
             f"surge and sway are the velocities of a place {ahead} where the efforts act, and {abs(place[1]):.2f} m "
             f"beside it; give it: --set 'inputs.velocity_place=[{place[0]:.2f}, {place[1]:.2f}, 0]'"
         )
+
+
+def _of_world(run: Recording, frame: str, mirrored: bool, with_heading: bool) -> str:
+    """The sentence on velocities in the world's frame."""
+    north, east = frame.split("_")
+    looks = f"surge and sway look like velocities to the {north} and {east}: turned by the "
+    if not with_heading:
+        return (
+            f"{looks}integral of the yaw rate, they explain the efforts; record the heading, name it by --column "
+            f"heading=NAME, and give --set inputs.velocity_frame={frame}"
+        )
+    side = "surge" if frame == "east_north" else "sway"
+    turn = f"{column(run, side, '-', False)} " if mirrored else ""
+    other = ", east counted to the other side than the heading" if mirrored else ""
+    return f"{looks}heading{other}, they explain the efforts; give {turn}--set inputs.velocity_frame={frame}"
 
 
 def _in_plane(runs: Sequence[Recording]) -> list[tuple[Recording, Filtered, Array | None]]:

@@ -31,7 +31,7 @@ from service.config.configuration import Config
 from service.fitting import declared as of_inertia
 from service.fitting.declaration import Declaration, judge_declaration
 from service.fitting.declared import Declared
-from service.fitting.each_log import refuse_odd
+from service.fitting.each_log import refuse_idle, refuse_odd
 from service.fitting.fit_text import text
 from service.fitting.good_enough import (
     MAX_MOTION_SHARE,
@@ -340,6 +340,7 @@ def fit(request: Request, config: Config | None = None) -> Fit:
     runs, unseen = request.read(reading)
     with beside_assumptions(notes_of([*runs, *unseen])):
         refuse_twice([*runs, *unseen])
+        refuse_idle([*runs, *unseen], [reading.axis])
         if len(runs) + len(unseen) > 1:
             refuse_odd([*runs, *unseen], [reading.axis], request.assume_sign)
         declared = Declared.of(request, config, reading.axis, runs, [*runs, *unseen]).as_written

@@ -27,7 +27,7 @@ from service.cli.progress import progress
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.vehicle_file import MARK, is_name, read_values, write_vehicle
-from service.fitting.each_log import body_axes, refuse_frame, refuse_odd
+from service.fitting.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
 from service.fitting.good_enough import Use, good_enough, good_enough_lines, without_gyro
 from service.fitting.request import Request, read_body
 from service.fitting.results import Result, frame, plots, with_next
@@ -35,7 +35,7 @@ from service.fitting.sensors import examine_sensors, with_heading_sign
 from service.number import number_of
 from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_implausible, refuse_twice
 from service.recordings.reading import Reading
-from service.recordings.recording import Recording, of_axis
+from service.recordings.recording import Recording
 from service.wire.section import entries_of
 
 TAKES = ("inputs", "vehicle.mass_matrix")
@@ -142,6 +142,7 @@ def _of_recordings(
     refuse_twice([*runs, *unseen])
     for run in (*runs, *unseen):
         refuse_implausible(run)
+    refuse_idle([*runs, *unseen], body_axes(runs))
     refuse_odd([*runs, *unseen], body_axes(runs))
     refuse_frame(runs)
     motion = prepared([run.body_streams() for run in runs])
@@ -262,7 +263,7 @@ def _along(run: Recording, axis: Axis) -> Recording | None:
     streams = run.body_streams()
     if any(name not in streams or not streams[name][0].size for name in (axis.rate, axis.effort)):
         return None
-    return run if run.axis == axis else of_axis(run, axis) if run.axis == YAW else None
+    return replace(run, axis=axis)
 
 
 def uses(found: Identified) -> dict[str, Use]:

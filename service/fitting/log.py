@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.plant.axes import YAW
 from service.config.sources import read as read_config
 from service.fitting.arrays import Arrays
 from service.fitting.request import Request, Source, read_each
@@ -46,9 +45,7 @@ class Log:
     def to_dict(self) -> dict[str, Any]:
         """The columns by name, `t` first, None where a channel was not sampled; and what is to be known of them."""
         recording = self.recording
-        own = dict(zip((YAW.rate, YAW.effort), (recording.axis.rate, recording.axis.effort), strict=True))
-        columns = {own.get(name, name): values for name, values in recording.columns.items()}
-        columns = {"t": recording.time, **columns, **recording.displaced}
+        columns = {"t": recording.time, **recording.columns}
         return {
             "name": recording.name,
             "axis": recording.axis.name,
@@ -58,8 +55,8 @@ class Log:
 
     def plot(self) -> Any:
         """Velocity and torque over time, as a figure of matplotlib."""
-        streams, axis = self.recording.streams(), self.recording.axis
-        drawn = {axis.rate: streams[YAW.rate], axis.effort: streams[YAW.effort]}
+        streams, axis = self.recording.body_streams(), self.recording.axis
+        drawn = {name: streams[name] for name in (axis.rate, axis.effort)}
         return plots().of_log(self.recording.name, drawn, {name: si_unit(name) for name in drawn})
 
     def to_frame(self) -> Any:

@@ -142,7 +142,7 @@ def freed_recordings(
         at, values = streams[TORQUE_STREAM]
         torque = np.full(recording.time.size, np.nan)
         torque[np.searchsorted(recording.time, at)] = values
-        freed_of.append(replace(recording, columns={**recording.columns, TORQUE_STREAM: torque}))
+        freed_of.append(replace(recording, columns={**recording.columns, coupled.axis.effort: torque}))
         parts.append(taken)
         left.append(values)
     joined = {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}

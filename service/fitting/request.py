@@ -29,7 +29,7 @@ from service.logs import open_any
 from service.logs.cutting import Instant
 from service.logs.reading import LogDescription, describe
 from service.recordings.reading import Reading
-from service.recordings.recording import Recording, column_of_axis
+from service.recordings.recording import Recording
 
 POLICIES = ("paper", "weighted")
 """The policies that select the samples to keep."""
@@ -176,9 +176,7 @@ def read_body(reading: Reading, sources: Sequence[Source]) -> list[Recording]:
             axis = _axis_without_yaw(sources[0], reading.description)
         if axis is None:
             raise
-    columns = tuple(column_of_axis(text, axis) for text in reading.description.columns)
-    description = replace(reading.description, columns=columns)
-    return read_each(replace(reading, axis=axis, rate_limit=axis.fastest, description=description), sources)
+    return read_each(replace(reading, axis=axis, rate_limit=axis.fastest), sources)
 
 
 def _axis_without_yaw(source: Source, description: LogDescription) -> Axis | None:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from incsvr.learning.learner import Settings
-from incsvr.signals import TORQUE, SignalSettings
+from incsvr.signals import SignalSettings
 from service.cli.output import writing
 from service.config.config_writer import commented_yaml
 from service.config.configuration import Config
@@ -28,7 +28,7 @@ MAX_RATE_LIMIT = 50.0
 def scaled_config(base: Config, recording: Recording, signals: SignalSettings, learner: Settings) -> Config:
     """`base` with the vehicle, the signals and the learner that suit a recording, to three digits."""
     low, high = (_three(end) for end in learner.rate_range)
-    torque = float(np.nanmax(np.abs(recording.columns[TORQUE])))
+    torque = float(np.nanmax(np.abs(recording.effort)))
     vehicle = base.vehicle.model_dump() | {
         "inertia": signals.inertia,
         "rate_range": (low, high),

@@ -11,7 +11,7 @@ from incsvr.checks import Vehicle
 from incsvr.checks.resolution import resolution_fault
 from incsvr.errors import BadInput
 from incsvr.learning.checked_learner import Sensors, examine
-from incsvr.plant.axes import YAW, products
+from incsvr.plant.axes import products
 from incsvr.plant.words import words_of
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
 from incsvr.signals.raw import HEADING
@@ -74,8 +74,7 @@ def sensor_notes(recordings: Sequence[Recording], sensors: Sequence[Sensors], ex
 
 def has_coriolis_pair(recording: Recording) -> bool:
     """Whether two velocities were recorded whose product pushes along the axis: Coriolis, Munk."""
-    recorded = tuple(name for name in (*recording.columns, *recording.displaced) if name != "yaw_rate")
-    recorded += ("yaw_rate",) if recording.axis != YAW else ()
+    recorded = tuple(recording.velocities)
     return any(recording.axis.rate not in pair for pair in products(recording.axis, recorded))
 
 

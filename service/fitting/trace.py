@@ -22,7 +22,7 @@ from service.fitting import declared as of_inertia
 from service.fitting import other_velocities
 from service.fitting.declaration import DOUBT_HEADLINE, judge_declaration
 from service.fitting.declared import Declared
-from service.fitting.each_log import refuse_odd
+from service.fitting.each_log import refuse_idle, refuse_odd
 from service.fitting.good_enough import Use, closed_loop, feed_forward, good_enough, good_enough_lines, without_gyro
 from service.fitting.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.fitting.request import Request
@@ -117,6 +117,7 @@ def trace(request: Request, keeps: str | None = None) -> Traced:
     recordings, parts, others = [*runs, *unseen], dict[str, Array](), NO_OTHER_VELOCITIES
     with beside_assumptions(notes_of(recordings)):
         refuse_twice(recordings)
+        refuse_idle(recordings, [axis])
         if len(recordings) > 1:
             refuse_odd(recordings, [axis], request.assume_sign)
         declared = Declared.of(request, config, axis, runs, recordings)
@@ -185,10 +186,10 @@ def runs_of(recordings: Sequence[Recording]) -> list[Run]:
     """Recordings as the tracer takes them."""
     runs = []
     for recording in recordings:
-        columns = dict(recording.columns)
-        rate, torque = columns.pop(YAW.rate), columns.pop(YAW.effort)
-        columns |= {name: values for name, values in recording.displaced.items() if name != "heading"}
-        runs.append(Run(recording.name, recording.time, rate, torque, columns, recording.axis.rate))
+        axis = recording.axis
+        beside = {axis.rate, axis.effort, *(("heading",) if axis != YAW else ())}
+        channels = {name: values for name, values in recording.columns.items() if name not in beside}
+        runs.append(Run(recording.name, recording.time, recording.rate, recording.effort, channels, axis.rate))
     return runs
 
 

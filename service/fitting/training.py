@@ -23,7 +23,7 @@ from service.fitting.declaration import Cures, Declaration
 from service.fitting.other_velocities import VELOCITIES_CURE, coupling_sentence
 from service.fitting.terms import SMOOTHING, TORQUE_KIND, Terms
 from service.recordings.recording import Recording, sequence
-from service.recordings.samples_from_recording import Errors, with_smoothing
+from service.recordings.samples_from_recording import Errors, remarks_of, with_smoothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,9 +145,10 @@ class HeldTooSeldom(BadInput):
 def _too_few(runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int) -> BadInput:
     """The refusal of recordings that give `count` samples."""
     because = _of_a_command(runs, signals, terms, count, batch)
+    doubts = [f"{run.name}: {doubt}; " for run in runs for doubt in remarks_of(run, signals.smoothing)]
     return because or BadInput(
-        f"{sequence(runs).name}: {count} damping samples, but one batch needs {batch}; give more or longer "
-        f"recordings (a sample every {signals.sample_period:g} s)"
+        f"{''.join(doubts)}{sequence(runs).name}: {count} damping samples, but one batch needs {batch}; give more or "
+        f"longer recordings (a sample every {signals.sample_period:g} s)"
     )
 
 

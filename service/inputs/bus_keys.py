@@ -11,8 +11,7 @@ import re
 import zenoh
 
 from incsvr.errors import BadInput
-from service.inputs.instances import base, instance
-from service.inputs.owners import AUTOPILOT
+from service.inputs.owners import AUTOPILOT, base, instance
 from service.inputs.presets.proposal import keys
 from service.inputs.settings import Inputs
 

@@ -194,6 +194,8 @@ def _continued(time: Array, others: Sequence[NDArray[np.bool_]]) -> tuple[Array,
 def _spread(time: Array, others: Sequence[Array]) -> tuple[Array, int]:
     """The time (n,) of rows that share stamps which are coarser than they, and how many share one; 1 where none do."""
     known = np.flatnonzero(np.isfinite(time))
+    if (np.diff(time[known]) > 0.0).all():
+        return time, 1
     stamps, first, place, count = np.unique(time[known], return_index=True, return_inverse=True, return_counts=True)
     if stamps.size < 3 or np.median(count) < 2 or (np.diff(time[known]) < 0.0).any():
         return time, 1

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import YAW, Axis
 from service.inputs.owners import autopilot_message
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import ROWS, Topic
@@ -47,12 +48,15 @@ def of_this_log(sentence: str, name: str) -> str:
     return re.sub(r"--column ('?)(?![^=' ]+:)(?=[A-Za-z0-9_.-]+=)", lambda found: f"{found[0]}{name}:", sentence)
 
 
-def parse_columns(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic] = ()) -> ColumnSpec:
+def parse_columns(
+    columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic] = (), axis: Axis = YAW
+) -> ColumnSpec:
     """The mapping that flags name, with topics and fields that are there.
 
     Args:
         topics: of the vehicle that is taken; those of its autopilot may be named by the message alone.
         others: of vehicles that are left alone; they are named in full.
+        axis: whose velocity and effort are learned from.
 
     Raises:
         BadInput: a flag is not understood, or names what is not there.
@@ -76,7 +80,7 @@ def parse_columns(columns: Sequence[str], topics: Sequence[Topic], others: Seque
             stamp, stamp_unit = _time(text, place, scope)
         else:
             sources[name] = _source(text, place, scope)
-    rate, torque = sources.pop("yaw_rate", None), sources.pop("torque", None)
+    rate, torque = sources.pop(axis.rate, None), sources.pop(axis.effort, None)
     return ColumnSpec(Inputs(yaw_rate=rate, torque=torque, channels=sources), stamp, stamp_unit)
 
 

@@ -85,6 +85,8 @@ def take(
     tables: Mapping[str, Table],
     changes: Sequence[Change] = (),
     further: tuple[Axis, ...] = (),
+    rate: str = RATE,
+    effort: str = TORQUE,
 ) -> tuple[State, dict[str, Mapped], Mapping[FieldPlace, bool]]:
     """The streams of the messages, by name, and by stream and topic whether their own stamps count.
 
@@ -92,16 +94,17 @@ def take(
         inputs: the mapping, with topics and paths as they are in the tables.
         changes: of the thrusters under way.
         further: axes along or about which the thrusters push as well.
+        rate, effort: the names of the streams of the velocity and the effort that are learned from.
     """
     call = _Call(inputs, state, tables)
     found = {}
-    for name, source in inputs.sources.items():
+    for name, source in inputs.sources_of(rate, effort).items():
         stream = call.stream(name, source, source.topic, source.field, source.factor)
         if stream.t.size:
             unplaced = np.isnan(stream.t)
-            found[name] = stream.rows(~unplaced) if name != RATE and unplaced.any() else stream
-    if inputs.torque is not None and TORQUE in found:
-        rising = found[TORQUE].rows(np.argsort(found[TORQUE].t, kind="stable"))
+            found[name] = stream.rows(~unplaced) if name != rate and unplaced.any() else stream
+    if inputs.torque is not None and effort in found:
+        rising = found[effort].rows(np.argsort(found[effort].t, kind="stable"))
         call.move(rising, [rising.value], 0.0, [(inputs.torque.topic, inputs.torque.field)])
     until = [*(change.since for change in changes), np.inf]
     made = [

@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
-from incsvr.plant.axes import EFFORTS
+from incsvr.numerics import Array, Stream, Streams
+from incsvr.plant.axes import EFFORTS, YAW, Axis
+from incsvr.plant.words import words_of
 from service.inputs.arming import says_armed, says_something
 from service.inputs.clocks import Clock, pace, pace_note, set_at, table_time, without_unset
-from service.inputs.live_clock import RATE
 from service.inputs.mapper import (
     NONE,
-    TORQUE,
     FieldPlace,
     Mapped,
     State,
@@ -31,12 +30,11 @@ from service.inputs.marks import without_marks
 from service.inputs.outputs import output, without_pulse
 from service.inputs.presets.proposal import Change
 from service.inputs.senders import SENDER, alternates, by_turns, sentence, two_clocks
-from service.inputs.settings import ARRIVAL, Inputs, Place
-from service.inputs.table import Assumption, Table
+from service.inputs.settings import ARRIVAL, Inputs, Place, Source, Thrusters
+from service.inputs.table import ROWS, Assumption, Table
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import STAMP_UNITS
 
-Stream = tuple[Array, Array]
 UNKNOWN_VOLTAGE = (
     f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V "
     "(--column voltage=NAME gives it)"
@@ -50,25 +48,28 @@ class MeasuredStreams:
     """The measured streams of a log, on one clock.
 
     Attributes:
-        streams: stamps (n,) [s], strictly increasing, and values (n,) in SI units by name: yaw_rate, torque, channels.
+        streams: stamps (n,) [s], strictly increasing, and values (n,) in SI units by name.
         armed: stamps (n,) [s] and whether the thrusters may turn from then on; None where nothing says so.
         notes: what a person should know of how it came about, one sentence each.
         doubts: why nothing is to be learned of them, one sentence each.
         since_1970: what makes seconds since 1970 of the stamps [s]; None where the log does not show it.
     """
 
-    streams: Mapping[str, Stream]
+    streams: Streams
     armed: Stream | None
     notes: tuple[str, ...]
     doubts: tuple[str, ...] = ()
     since_1970: float | None = None
 
 
-def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Change] = ()) -> MeasuredStreams:
+def measure(
+    inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Change] = (), axis: Axis = YAW
+) -> MeasuredStreams:
     """The streams of the mapping.
 
     Args:
         changes: of the thrusters under way.
+        axis: whose velocity and effort `inputs.yaw_rate` and `inputs.torque` are.
 
     Raises:
         BadInput: a topic or a field of it is not there.
@@ -78,8 +79,9 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
     thrusters = [each for each in (inputs.thrusters, *(change.thrusters for change in changes)) if each is not None]
     places = list(dict.fromkeys((*inputs.places(), *(place for each in thrusters for place in each.places()))))
     _refuse_missing(places, tables)
-    known = _with_whole_stamps(places, tables)
-    doubts = tuple(_two_senders(inputs, known))
+    sources = inputs.sources_of(axis.rate, axis.effort)
+    known, marks = _without_marks(sources, _with_whole_stamps(places, tables))
+    doubts = tuple(_two_senders(inputs, known, axis))
     rate = known[inputs.yaw_rate.topic]
     stamps = stamps_of(inputs.yaw_rate, rate)
     clock = Clock.of(arrival_of(rate, stamps), stamps)
@@ -87,18 +89,18 @@ def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chang
     if rate.arrival is None and stamps is not None:
         notes += table_time(tables[inputs.yaw_rate.topic], inputs.yaw_rate.stamp)[1]
     state = State(clock, _first_voltage(inputs, known))
-    known, marks = _without_marks(inputs, known)
-    state, found, own = take(inputs, state, known, changes)
+    state, found, own = take(inputs, state, known, changes, rate=axis.rate, effort=axis.effort)
     for settings in thrusters:
         if settings.command == "pwm" and (silent := silent_outputs(settings, state, outputs_alone=True)):
             raise BadInput(without_pulse(settings, silent))
-    notes += [*_notes(inputs, clock, known, own, marks), *_change_sentences(changes, clock)]
+    notes += [*_notes(inputs, axis, clock, known, own, marks), *_change_sentences(changes, clock)]
     if has_unknown_voltage(inputs, state):
         notes.append(Assumption(UNKNOWN_VOLTAGE))
     armed = _armed(inputs, known, clock, None if state.moved is None else state.moved[0], notes)
-    streams = {RATE: NONE, **({TORQUE: NONE} if thrusters or inputs.torque is not None else {}), **found}
+    own_names = (axis.rate, *((axis.effort,) if thrusters or inputs.torque is not None else ()))
+    streams = {**dict.fromkeys(own_names, NONE), **found}
     rising = {name: _rising(mapped.t, mapped.value) for name, mapped in streams.items()}
-    there = {name: each for name, each in rising.items() if each[0].size or name in (RATE, TORQUE)}
+    there = {name: each for name, each in rising.items() if each[0].size or name in own_names}
     return MeasuredStreams(there, armed, tuple(dict.fromkeys((*doubts, *notes))), doubts)
 
 
@@ -151,10 +153,10 @@ def _first_voltage(inputs: Inputs, tables: Mapping[str, Table]) -> dict[FieldPla
     return dict.fromkeys(place, replace(rows, order=np.full(rows.order.size, -np.inf)))
 
 
-def _without_marks(inputs: Inputs, tables: dict[str, Table]) -> tuple[dict[str, Table], dict[str, str]]:
+def _without_marks(sources: Mapping[str, Source], tables: dict[str, Table]) -> tuple[dict[str, Table], dict[str, str]]:
     """The tables without a sensor's marks of no measurement, and the notes on these by stream."""
     found, notes = dict(tables), dict[str, str]()
-    for name, source in inputs.sources.items():
+    for name, source in sources.items():
         values, note = without_marks(name, tables[source.topic].columns[source.field], name in EFFORTS)
         if note is not None:
             notes[name] = note
@@ -165,6 +167,7 @@ def _without_marks(inputs: Inputs, tables: dict[str, Table]) -> tuple[dict[str, 
 
 def _notes(
     inputs: Inputs,
+    axis: Axis,
     clock: Clock,
     tables: Mapping[str, Table],
     own: Mapping[tuple[str, str], bool],
@@ -180,26 +183,34 @@ def _notes(
     """
     for (name, topic), is_own in own.items():
         yield from (note for marked, note in marks.items() if marked == name)
-        source = inputs.sources.get(name, inputs.thrusters)
+        source = inputs.sources_of(axis.rate, axis.effort).get(name, inputs.thrusters)
         stamps = None if source is None else stamps_of(source, tables[topic])
         unset = 0 if stamps is None else int(np.isnan(stamps).sum())
         if unset and is_own:
             count = tables[topic].count
             yield f"{unset} of {count} messages of {topic} have no stamp: their times of arrival are used"
         if clock.pace != 1.0 and not is_own:
-            yield pace_note(RATE, clock.pace)
+            yield pace_note(axis.rate, clock.pace)
         if stamps is not None and not is_own:
-            if clock.of_arrival and (found := pace(arrival_of(tables[topic], stamps), stamps)) != 1.0:
+            if (
+                name == axis.effort
+                and clock.pace == 1.0
+                and (found := pace(arrival_of(tables[topic], stamps), stamps)) != 1.0
+            ):
+                bears = "bears no stamp" if clock.of_arrival else "bears the stamps of the arrivals"
                 raise BadInput(
-                    f"yaw_rate bears no stamp, and those of {name} run at {found:.3g} times the speed of the "
-                    "arrivals, as a simulator's do: record the yaw rate with stamps of that clock"
+                    f"{axis.rate} {bears}, and those of {name} run at {found:.3g} times the speed of the arrivals, as "
+                    f"a simulator's do: record the {words_of(axis).rate} with stamps of that clock"
                 )
-            yield f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used"
+            yield f"the stamps of {name} are of another clock than those of {axis.rate}: its times of arrival are used"
 
 
-def _two_senders(inputs: Inputs, tables: Mapping[str, Table]) -> Iterator[str]:
+def _two_senders(inputs: Inputs, tables: Mapping[str, Table], axis: Axis) -> Iterator[str]:
     """Sentences on a yaw rate, a torque or commands that two senders send, by their values or their clocks."""
-    places = [(name, each, each.topic, each.field) for name in (RATE, TORQUE) if (each := getattr(inputs, name))]
+    named = ((axis.rate, inputs.yaw_rate), (axis.effort, inputs.torque))
+    places: list[tuple[str, Source | Thrusters, str, str]] = [
+        (n, s, s.topic, s.field) for n, s in named if s is not None
+    ]
     if inputs.thrusters is not None:
         of_each = zip(inputs.thrusters.each, inputs.thrusters.topics, strict=True)
         places += [("a thruster's command", inputs.thrusters, topic, each.field) for each, topic in of_each]
@@ -209,11 +220,12 @@ def _two_senders(inputs: Inputs, tables: Mapping[str, Table]) -> Iterator[str]:
             continue
         stamps, values = stamps_of(source, table), table.columns[path]
         share = by_turns(table.columns[SENDER], values) if SENDER in table.columns else None
-        named = share is not None
+        by_sender = share is not None
         if share is None:
-            share = alternates(_rising(arrival_of(table, stamps) if stamps is None else stamps, values)[1])
+            in_order = _rising(arrival_of(table, stamps) if stamps is None else stamps, values)[1]
+            share = alternates(in_order, is_velocity=name == axis.rate)
         if share is not None:
-            yield sentence(name, topic, share, named)
+            yield sentence(name, "one name" if topic == ROWS else topic, share, by_sender)
         if table.arrival is not None and stamps is not None and two_clocks(table.arrival, stamps):
             yield (
                 f"the stamps of {topic} are of two clocks by turns: two senders send {name} under one name; let one of "
@@ -225,6 +237,8 @@ def _rising(time: Array, values: Array) -> Stream:
     """Sorts by stamps, keeps each once, and drops values that were not sampled."""
     kept = np.isfinite(values) & np.isfinite(time)
     time, values = time[kept], values[kept]
+    if (np.diff(time) > 0.0).all():
+        return time, values
     order = np.argsort(time, kind="stable")
     unique, first = np.unique(time[order], return_index=True)
     return unique, values[order][first]

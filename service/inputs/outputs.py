@@ -9,7 +9,7 @@ from math import isfinite
 import numpy as np
 
 from incsvr.numerics import Array
-from service.inputs.instances import base, instance
+from service.inputs.owners import base, instance
 from service.inputs.settings import Thrusters
 from service.inputs.thrust import FULL_PULSE_US, T200_DEAD_BAND_US, is_pulse
 

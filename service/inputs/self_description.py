@@ -9,8 +9,7 @@ from math import inf, isfinite
 import numpy as np
 
 from service.inputs.ardusub_frames import change_words, concerns_thrusters
-from service.inputs.instances import base
-from service.inputs.owners import autopilot_message
+from service.inputs.owners import autopilot_message, base
 from service.inputs.table import Table, Topic
 from service.inputs.thrust import is_battery_voltage
 from service.inputs.vehicle_kind import BUILD_NAMES, SelfDescription

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from incsvr.numerics import Array
+from incsvr.signals import YAW_RATE
 
 SENDER = "(sender)"
 """The column with the number of the sender, where a log has several of one name: no field has a bracket."""
@@ -34,8 +35,11 @@ APART_S = 1.0
 """The difference of two clocks from which on they are two [s]."""
 
 
-def alternates(values: Array) -> float | None:
-    """The share of the second series in values (n,) in the order in which they came; None where they are one series."""
+def alternates(values: Array, is_velocity: bool = False) -> float | None:
+    """The share of the second series in values (n,) in the order in which they came; None where they are one series.
+
+    A command may go to and fro at every sample; the velocity of a body (`is_velocity`) does not.
+    """
     values = values[np.isfinite(values)]
     if values.size < MIN_VALUES:
         return None
@@ -49,7 +53,8 @@ def alternates(values: Array) -> float | None:
     series, far = at[outside], float(np.median(jump[outside]))
     steps = np.minimum(np.abs(series[2:] - series[1:-1]), np.abs(series[2:] - series[:-2]))
     middle = 0.5 * np.abs(at + before)[outside]
-    if float(np.median(steps)) > MAX_OWN_STEP_SHARE * far or np.median(middle) < MAX_MIRROR_SHARE * far:
+    to_and_fro = not is_velocity and float(np.median(middle)) < MAX_MIRROR_SHARE * far
+    if to_and_fro or float(np.median(steps)) > MAX_OWN_STEP_SHARE * far:
         return None
     return min(count / values.size, 0.5)
 
@@ -109,4 +114,4 @@ class SenderWatch:
 
     def share(self, name: str) -> float | None:
         """As `alternates`, of the newest values."""
-        return alternates(np.array(self.recent.get(name, ())))
+        return alternates(np.array(self.recent.get(name, ())), is_velocity=name == YAW_RATE)

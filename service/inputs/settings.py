@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import hypot
 from pathlib import Path
@@ -263,7 +263,12 @@ class Inputs(Section):
     @property
     def sources(self) -> dict[str, Source]:
         """The sources of its streams by name, the yaw rate's first."""
-        named = {"yaw_rate": self.yaw_rate, **self.channels, "torque": self.torque}
+        return self.sources_of("yaw_rate", "torque")
+
+    def sources_of(self, rate: str, effort: str) -> dict[str, Source]:
+        """The sources of its streams by name, where the velocity and the effort of an axis have these names."""
+        channels = {name: source for name, source in self.channels.items() if name not in (rate, effort)}
+        named = {rate: self.yaw_rate, **channels, effort: self.torque}
         return {name: source for name, source in named.items() if source is not None}
 
     @property
@@ -277,3 +282,43 @@ class Inputs(Section):
         if self.torque is not None and self.thrusters is not None:
             raise ValueError("torque and thrusters are both given; leave one of them out")
         return self
+
+
+Places = Callable[[str, Any, str], dict[str, Any]]
+"""What changes of a source (its `topic`, `field`, `stamp` or `stamp_unit`), by the name of its quantity, the source and
+the topic that it names."""
+
+
+def inside(path: str, fields: Collection[str]) -> str:
+    """A path where it stands in a message with these fields: in JSON those of MAVLink are within `message`."""
+    return f"message.{path}" if path and path not in fields and f"message.{path}" in fields else path
+
+
+def renamed(inputs: Inputs, places: Places) -> Inputs:
+    """The mapping with the places of all sources."""
+
+    def at(name: str, source: Any) -> Any:
+        return None if source is None else source.model_copy(update=places(name, source, source.topic))
+
+    def thruster(one: Thruster, common: str) -> Thruster:
+        changed = {
+            name: each
+            for name, each in places("command", one, one.topic or common).items()
+            if name in ("topic", "field")
+        }
+        return one.model_copy(update={**changed, "turned_by": at("turned_by", one.turned_by)})
+
+    thrusters = inputs.thrusters
+    if thrusters is not None:
+        each = tuple(thruster(one, thrusters.topic) for one in thrusters.each)
+        stamped = places("commands", thrusters, thrusters.topics[0])
+        changed: dict[str, Any] = {name: stamped[name] for name in ("stamp", "stamp_unit") if name in stamped}
+        voltage = at("voltage", thrusters.measured_voltage)
+        thrusters = thrusters.model_copy(update={**changed, "each": each, "measured_voltage": voltage})
+    return inputs.model_copy(
+        update={
+            **{name: at(name, getattr(inputs, name)) for name in ("yaw_rate", "torque", "armed")},
+            "channels": {name: at(name, source) for name, source in inputs.channels.items()},
+            "thrusters": thrusters,
+        }
+    )

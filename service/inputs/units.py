@@ -41,6 +41,11 @@ _SPELLINGS = {
     "degps": "deg/s",
     "dps": "deg/s",
     "°/s": "deg/s",
+    "°/sec": "deg/s",
+    "degree/s": "deg/s",
+    "degrees per second": "deg/s",
+    "radians per second": "rad/s",
+    "radians/s": "rad/s",
     "deg/sec": "deg/s",
     "degrees/s": "deg/s",
     "radps": "rad/s",
@@ -53,6 +58,13 @@ _SPELLINGS = {
     "n.m": "N m",
     "n m": "N m",
     "newtonmeter": "N m",
+    "newton*m": "N m",
+    "newton metres": "N m",
+    "newton meters": "N m",
+    "radians": "rad",
+    "volts": "V",
+    "metres per second": "m/s",
+    "meters per second": "m/s",
     "knm": "kN m",
     "mps": "m/s",
     "°": "deg",
@@ -61,6 +73,9 @@ _SPELLINGS = {
     "μs": "us",
     "usec": "us",
     "sec": "s",
+    "seconds": "s",
+    "milliseconds": "ms",
+    "microseconds": "us",
     "msec": "ms",
     "°c": "degC",
 }
@@ -71,7 +86,7 @@ def unit(spelt: str) -> str | None:
     text = spelt.strip()
     if text in FACTORS or text in STAMP_UNITS:
         return text
-    return _SPELLINGS.get(text.lower())
+    return _SPELLINGS.get(text.lower().replace("·", "*"))
 
 
 def check_unit(spelt: str, where: str) -> str:

@@ -1,19 +1,25 @@
-"""The candidates for a quantity by their values: a finite and moving one comes before a name."""
+"""The columns of a log by their values: those that a quantity is taken from, for a finite and moving one comes before a
+name, and those that seem to be in degrees."""
 
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
+from math import degrees, pi
+from pathlib import Path
 
 import numpy as np
 
-from incsvr.numerics import Array
+from incsvr.errors import BadInput
+from incsvr.numerics import Array, Stream, Streams, running_integral
+from incsvr.plant.axes import AXES
 from incsvr.signals.scales import white_noise
-from service.inputs.column_spec import typed_source_with_unit
-from service.inputs.instances import base
+from service.inputs.column_spec import typed_source, typed_source_with_unit
+from service.inputs.owners import base
 from service.inputs.presets.px4 import YAW_FIELD
 from service.inputs.presets.ros import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
-from service.inputs.settings import Source
+from service.inputs.settings import Inputs, Source
 from service.inputs.table import ROWS, Table, Topic
 from service.logs.log import Log
 
@@ -38,12 +44,12 @@ _AXES = (
 
 
 def rank(values: Array, marked: bool = False) -> int:
-    """How poor a candidate is by its values (n,): 0 moving, 1 marked as no measurement, 2 still, 3 without any."""
+    """How poor a candidate is by its values (n,): 0 moving, 1 marked as no measurement, 2 still, 3 constant or none."""
     known = values[np.isfinite(values)]
-    if not known.size:
+    if not known.size or not np.ptp(known):
         return 3
     noise = white_noise(np.diff(known, 3)) if known.size > 10 else 0.0
-    return 2 if np.quantile(np.abs(known), 0.99) <= MIN_TURN_DEVIATIONS * noise or not known.any() else int(marked)
+    return 2 if np.quantile(np.abs(known), 0.99) <= MIN_TURN_DEVIATIONS * noise else int(marked)
 
 
 def ranks(log: Log, topics: Sequence[Topic]) -> dict[tuple[str, str], int]:
@@ -92,7 +98,7 @@ def turning_instead(log: Log, source: Source, name: str) -> str:
     best = source.model_copy(update={"topic": found[0][1][0], "field": found[0][1][1], "sign": 1})
     return (
         f"; what turns is {', '.join(named)}: if that is the vehicle's yaw, give --column "
-        f"{name}={typed_source_with_unit(best)}"
+        f"{shlex.quote(f'{name}={typed_source_with_unit(best)}')}"
     )
 
 
@@ -114,3 +120,81 @@ def _reach(tables: Mapping[str, Table], topic: str, field: str) -> float:
     values = tables[topic].columns.get(field, np.zeros(1)) if topic in tables else np.zeros(1)
     known = values[np.isfinite(values)]
     return float(np.quantile(np.abs(known - np.median(known)), 0.99)) if known.size else 0.0
+
+
+FASTEST_RATES = {axis.rate: axis.fastest for axis in AXES.values() if not axis.along}
+"""The rates about an axis, and the fastest that a vehicle turns about it [rad/s]."""
+MAX_OUTLIER_PART = 0.02
+"""The part of the values beyond what a vehicle reaches up to which they are single outliers."""
+FULL_TURN_DEG = 360.0
+"""Degrees of a full turn, within which a heading in degrees stays."""
+DEGREES_RATIOS = (0.5, 2.0)
+"""The times that 57 a heading moves for the yaw rate's own turning, where one of the two is in degrees."""
+
+
+def in_degrees(inputs: Inputs, streams: Streams) -> dict[str, str]:
+    """Sentences on quantities that seem to be in degrees, by name, with the flag to type."""
+    sources: dict[str, Source | None] = {"yaw_rate": inputs.yaw_rate, **inputs.channels}
+    found = {
+        name: _sentence(name, source, "deg/s", "rad/s")
+        for name, source in sources.items()
+        if name in FASTEST_RATES and source is not None and _beyond(name, source, streams)
+    }
+    heading, rate = sources.get("heading"), sources["yaw_rate"]
+    if found or heading is None or rate is None or not {"heading", "yaw_rate"} <= set(streams):
+        return found
+    ratio = _turning_ratio(*streams["heading"], *streams["yaw_rate"])
+    if heading.unit in ("", "rad") and heading_in_degrees(streams["heading"], streams["yaw_rate"]):
+        found["heading"] = _sentence("heading", heading, "deg", "rad")
+    if rate.unit in ("", "rad/s") and DEGREES_RATIOS[0] < ratio * degrees(1.0) < DEGREES_RATIOS[1]:
+        found["yaw_rate"] = _sentence("yaw_rate", rate, "deg/s", "rad/s")
+    return found
+
+
+def heading_in_degrees(heading: Stream, rate: Stream) -> bool:
+    """Whether a heading turns 57 times as far as its yaw rate in radians, within one turn in degrees."""
+    ratio = _turning_ratio(*heading, *rate)
+    return DEGREES_RATIOS[0] < ratio / degrees(1.0) < DEGREES_RATIOS[1] and _compass(heading[1])
+
+
+def refuse_without_numbers(path: Path, log: Log) -> None:
+    """Refuses a log of which nothing can be learned, whatever is said of it.
+
+    Raises:
+        BadInput: no message of it holds a number.
+    """
+    if any(topic.fields for topic in log.topics):
+        return
+    texts = sorted({name for table in log.read([topic.name for topic in log.topics]).values() for name in table.texts})
+    there = f" (only texts: {', '.join(texts[:12])})" if texts else ""
+    raise BadInput(
+        f"{path}: no column of it holds numbers{there}; a log needs the time, the yaw rate and the torque as numbers"
+    )
+
+
+def _sentence(name: str, source: Source, looks: str, taken: str) -> str:
+    place = shlex.quote(f"{name}={typed_source(source)}:{looks}")
+    return f"{name} looks like {looks} and is read as {taken}: --column {place}"
+
+
+def _beyond(name: str, source: Source, streams: Streams) -> bool:
+    if source.unit not in ("", "rad/s") or name not in streams:
+        return False
+    return float(np.mean(np.abs(streams[name][1]) > FASTEST_RATES[name])) > MAX_OUTLIER_PART
+
+
+def _compass(heading: Array) -> bool:
+    """Whether a heading goes farther than a turn in radians, and no farther than one in degrees."""
+    return bool(np.max(np.abs(heading)) > 2.2 * pi) and bool(np.max(np.abs(heading)) <= FULL_TURN_DEG)
+
+
+def _turning_ratio(at: Array, heading: Array, time: Array, rate: Array) -> float:
+    """The turn of the heading over the integral of the yaw rate; zero if neither moves."""
+    if at.size < 3 or time.size < 3:
+        return 0.0
+    turned = running_integral(time, rate)
+    expected = np.abs(np.diff(np.interp(at, time, turned)))
+    moved = np.abs(np.diff(heading))
+    kept = (expected > 0.0) & (moved < 0.5 * max(float(np.ptp(heading)), 1e-9))  # not where it wraps
+    whole = float(expected[kept].sum())
+    return float(moved[kept].sum()) / whole if whole > 0.0 else 0.0

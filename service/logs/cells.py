@@ -67,9 +67,8 @@ def columns_of(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Columns:
             factor = FACTORS.get(unit(units[name]) or "", STAMP_UNITS.get(unit(units[name]) or "", 1.0))
             numbers[name] = values * factor if factor != 1.0 else values
     if with_units:
-        notes.append(
-            f"row 2 holds no numbers, and is read as units: {', '.join(f'{n} in {u}' for n, u in units.items() if u)}"
-        )
+        said = [f"{name} in {each}{'' if unit(each) else ' (taken as SI)'}" for name, each in units.items() if each]
+        notes.append(f"row 2 holds no numbers, and is read as units: {', '.join(said)}")
     return Columns(numbers, texts, tuple(instants), tuple(dict.fromkeys(notes)))
 
 
@@ -81,10 +80,13 @@ def refuse_split_decimals(path: object, header: Sequence[str], rows: Sequence[Se
     """
     for number, row in enumerate(rows, start=2):
         if len(row) > len(header) and any(row[len(header) :]):
-            if len(row) <= 2 * len(header) and all(re.fullmatch(r"\s*-?\d*\s*", cell) for cell in row):
+            pointed = any(re.fullmatch(r"\s*[+-]?\d*\.\d*(e[+-]?\d+)?\s*", cell, re.IGNORECASE) for cell in row)
+            whole = sum(re.fullmatch(r"\s*[+-]?\d+\s*", cell) is not None for cell in row)
+            if len(row) <= 2 * len(header) and not pointed and whole >= 2:
                 raise CellFault(
-                    f"{path}, row {number}: {len(row)} whole numbers under a header of {len(header)} look like decimal "
-                    "commas between cells that commas separate; export with points, or with semicolons between cells"
+                    f"{path}, row {number}: {len(row)} cells, of which none has a decimal point, under a header of "
+                    f"{len(header)} look like decimal commas between cells that commas separate; export with points, "
+                    "or with semicolons between cells"
                 )
             return
 

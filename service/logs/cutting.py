@@ -150,17 +150,12 @@ def add_cut_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--to", dest="cut_to", type=instant, metavar="T", help="end of the part that is used")
 
 
-def empty_cut(cut: Cut, span: Span) -> str:
-    """The error for a cut that selects no data of a log, with the log's span."""
-    return f"{cut} selects no data of this log, which spans {span}"
-
-
 def since_1970(stamps: Array, arrival: Array | None) -> float | None:
     """The offset of stamps (n,) [s] to seconds since 1970; None if neither they nor the times of arrival show it."""
     known = stamps[np.isfinite(stamps)]
     if not known.size:
         return None
-    if np.median(known) >= MIN_STAMP_SINCE_1970_S:
+    if MIN_STAMP_SINCE_1970_S <= np.median(known) < 10.0 * MIN_STAMP_SINCE_1970_S:
         return 0.0
     came = np.empty(0) if arrival is None else arrival[np.isfinite(arrival)]
     if not came.size or not MIN_STAMP_SINCE_1970_S <= np.median(came) < 10.0 * MIN_STAMP_SINCE_1970_S:
@@ -177,7 +172,7 @@ def rows_inside(time: Array, cut: Cut, span: Span) -> NDArray[np.bool_]:
     low, high = cut.ends(span)
     inside = (time >= low) & (time <= high)
     if not inside.any():
-        raise EmptyCut(empty_cut(cut, span))
+        raise EmptyCut(f"{cut} selects no data of this log, which spans {span}")
     return np.asarray(inside)
 
 

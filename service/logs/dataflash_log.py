@@ -18,7 +18,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.cli.extras import load_package
 from service.inputs.table import Table, Topic
-from service.logs.damage import Damage
+from service.logs.log import Damage
 
 _LOG_MESSAGES = {"FMT", "FMTU", "UNIT", "MULT"}
 """Messages about the log and not about the vehicle."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isfinite, nan
@@ -17,6 +17,7 @@ from service.inputs.settings import Inputs
 from service.inputs.table import ROWS, Table, Topic
 from service.inputs.vehicles import present_vehicles
 from service.logs.choosing import choose_vehicle
+from service.logs.csv_log import OURS
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
 from service.logs.log import Log
 from service.logs.opening import is_log, open_any
@@ -31,7 +32,7 @@ class JoinedLog:
     """
 
     def __init__(self, parts: Sequence[Log]) -> None:
-        self.format = parts[0].format
+        self.format = next((part.format for part in parts if part.format != OURS), OURS)
         self._parts = parts
         self._system = ""
         self._places: dict[str, list[tuple[int, str]]] = {}
@@ -161,7 +162,8 @@ class Part:
     @property
     def kind(self) -> tuple[str, bool]:
         """Parts of one dive have one format, and stamps that count from the same time."""
-        return ("" if self.log is None else self.log.format, self.first >= MIN_STAMP_SINCE_1970_S)
+        kind = "" if self.log is None else "CSV" if self.log.format == OURS else self.log.format
+        return (kind, self.first >= MIN_STAMP_SINCE_1970_S)
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,7 +205,11 @@ class Dive:
         return joined
 
 
-def dives(paths: Sequence[Path], description: LogDescription = NO_DESCRIPTION) -> list[Dive]:
+Opened = Callable[[Path], Log]
+"""What opens a file."""
+
+
+def dives(paths: Sequence[Path], description: LogDescription = NO_DESCRIPTION, opened: Opened = open_any) -> list[Dive]:
     """The dives that files and folders are, in the order in which they were given.
 
     Raises:
@@ -213,13 +219,13 @@ def dives(paths: Sequence[Path], description: LogDescription = NO_DESCRIPTION) -
     files: list[Path] = []
     for path in paths:
         if path.is_dir() and not is_log(path):
-            found.append(_of_folder(path, description))
+            found.append(_of_folder(path, description, opened))
         else:
             files.append(path)
     if len(files) == 1:
         found.append(Dive(files[0], (Part(files[0]),)))
     elif files:
-        found += _dives_of_files([_part(path, description) for path in files])
+        found += _dives_of_files([_part(path, description, opened) for path in files])
     return sorted(found, key=lambda dive: min(_place(paths, dive.path), *(_place(paths, p.path) for p in dive.parts)))
 
 
@@ -245,7 +251,7 @@ def _span_words(dive: Dive) -> str:
     return f" ({first.first:.10g} to {last.last:.10g} s)" if first.placed else ""
 
 
-def _of_folder(folder: Path, description: LogDescription) -> Dive:
+def _of_folder(folder: Path, description: LogDescription, opened: Opened) -> Dive:
     """The logs of a folder as one dive."""
     files = [path for path in sorted(folder.iterdir()) if not path.name.startswith(".") and is_log(path)]
     if not files:
@@ -256,11 +262,11 @@ def _of_folder(folder: Path, description: LogDescription) -> Dive:
         )
     if len(files) == 1:
         return Dive(files[0], (Part(files[0]),))
-    parts = [_part(path, description) for path in files]
+    parts = [_part(path, description, opened) for path in files]
     formats = sorted({part.kind[0] for part in parts})
     unknown = next((part for part in parts if part.log is None or not part.placed), None)
     if unknown is not None:
-        open_any(unknown.path)
+        opened(unknown.path)
         raise BadInput(
             f"{unknown.path}: this part has no time: name its time with --column t=…, or give the files of the dive "
             "without it"
@@ -319,10 +325,10 @@ def _ends(part: Part) -> str:
     return f"{part.first:.10g} to {part.last:.10g} s"
 
 
-def _part(path: Path, description: LogDescription) -> Part:
+def _part(path: Path, description: LogDescription, opened: Opened) -> Part:
     """A file with what is in it; without, where it cannot be read: who reads it next says why."""
     try:
-        log = open_any(path)
+        log = opened(path)
         return Part(path, log, *_span(log, description.of(path.name)))
     except BadInput:
         return Part(path)

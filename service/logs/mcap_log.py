@@ -9,12 +9,10 @@ from typing import Any
 from incsvr.errors import BadInput
 from service.cli.extras import load_package
 from service.inputs.forms import json_message
-from service.inputs.instances import base, instance_field
-from service.inputs.owners import mavlink_topic
+from service.inputs.owners import base, instance_field, mavlink_topic
 from service.inputs.table import Table, Topic
-from service.logs.cdr import RosTypes
-from service.logs.damage import Damage
-from service.logs.log import TableBuilder
+from service.logs.bag_log import RosTypes
+from service.logs.log import Damage, TableBuilder
 from service.logs.opening import archive_files
 
 _TIMESTAMP = "google.protobuf.Timestamp"

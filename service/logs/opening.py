@@ -14,6 +14,8 @@ from service.logs.log import Log
 HEAD_BYTES = 320
 """Bytes from which a format is told; a packet of MAVLink with its stamp, and the next one's, are within them."""
 GZIP = b"\x1f\x8b"
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+"""How text of two bytes a character begins, as spreadsheets write it."""
 ZSTD = b"\x28\xb5\x2f\xfd"
 _MAGIC = (
     (b"\x89MCAP0\r\n", "mcap_log"),
@@ -63,12 +65,17 @@ def reader(path: Path) -> str:
             "with `zstd -d`"
         )
     text = _inflated(path) if head.startswith(GZIP) else head
-    if b"\0" in text:
+    if b"\0" in text and not _is_utf_16(text):
         raise BadInput(
             f"{path}: no format that is read here (CSV, Parquet, MCAP, ROS bag, ArduPilot .BIN and .tlog, PX4 .ulg); "
             "export it as CSV"
         )
     return "csv_log"
+
+
+def _is_utf_16(text: bytes) -> bool:
+    """Whether the first bytes of a file are a table's text of two bytes a character."""
+    return text.startswith(UTF_16) and any(mark in text.decode("utf-16", errors="ignore") for mark in ",;\t|\n")
 
 
 def is_log(path: Path) -> bool:

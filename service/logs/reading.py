@@ -13,17 +13,17 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.axes import YAW, Axis
 from service.inputs import self_description
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import ColumnSpec, parse_columns, split_file
 from service.inputs.measured_streams import MeasuredStreams, measure
-from service.inputs.naming import inside, renamed
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.presets.columns import time_column
 from service.inputs.presets.proposal import Change
 from service.inputs.self_description import ParameterEpoch, parameter_epochs
-from service.inputs.settings import Inputs, StampUnit
+from service.inputs.settings import Inputs, StampUnit, inside, renamed
 from service.inputs.table import ROWS, Assumption, Table, Topic, usual_stamp
 from service.inputs.units import STAMP_UNITS
 from service.logs import cutting
@@ -80,7 +80,7 @@ class LogDescription:
 NO_DESCRIPTION = LogDescription((), Inputs())
 
 
-def describe(log: Log, description: LogDescription) -> Proposal:
+def describe(log: Log, description: LogDescription, axis: Axis = YAW) -> Proposal:
     """The mapping for a log: what a person says of it, and what the presets find beside that.
 
     Raises:
@@ -88,14 +88,17 @@ def describe(log: Log, description: LogDescription) -> Proposal:
     """
     choice = choose_vehicle(log, description.inputs)
     ours = [topic for topic in log.topics if system_of(topic) not in choice.others]
-    said = parse_columns(description.columns, ours, [topic for topic in log.topics if topic not in ours])
+    others = [topic for topic in log.topics if topic not in ours]
+    said = parse_columns(description.columns, ours, others, axis)
     inputs = with_log_names(description.inputs, ours)
     tables = log.read(names) if (names := self_description.names(ours)) else {}
     parts = parameter_epochs(ours, tables)
     vehicle, absent = self_description.of_vehicle(ours, tables), self_description.absent_batteries(ours, tables)
     known = ranks(log, ours)
     proposals = [
-        propose(Observation(ours, {**inputs.parameters, **part.parameters}, vehicle, absent, known), inputs.preset)
+        propose(
+            Observation(ours, {**inputs.parameters, **part.parameters}, vehicle, absent, known, axis), inputs.preset
+        )
         for part in parts
     ]
     found = _with_changes(parts, proposals)
@@ -118,7 +121,7 @@ def _with_changes(parts: Sequence[ParameterEpoch], proposals: Sequence[Proposal]
     return replace(first, changes=tuple(changes))
 
 
-def read(path: Path, log: Log, proposal: Proposal) -> MeasuredStreams:
+def read(path: Path, log: Log, proposal: Proposal, axis: Axis = YAW) -> MeasuredStreams:
     """The measurements.
 
     Raises:
@@ -130,11 +133,11 @@ def read(path: Path, log: Log, proposal: Proposal) -> MeasuredStreams:
     others = [each.places() for change in changes if (each := change.thrusters) is not None]
     tables = log.read({place.topic for place in (*inputs.places(), *chain(*others))})
     try:
-        found = measure(inputs, tables, changes)
+        found = measure(inputs, tables, changes, axis)
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
     assert inputs.yaw_rate is not None
-    since = cutting.since_1970(found.streams["yaw_rate"][0], tables[inputs.yaw_rate.topic].arrival)
+    since = cutting.since_1970(found.streams[axis.rate][0], tables[inputs.yaw_rate.topic].arrival)
     return replace(found, notes=(*found.notes, *log.notes), since_1970=since)
 
 
@@ -243,7 +246,9 @@ def guessed_unit(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StampUni
 
 
 def _step(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
-    steps = np.diff(np.unique(time))
+    steps = np.diff(time)
+    if not (steps > 0.0).all():
+        steps = np.diff(np.unique(time))
     return float(np.median(steps)) if steps.size else 0.0
 
 

@@ -13,12 +13,10 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from service.cli.extras import load_package
-from service.inputs.instances import base, instance_field, numbered
-from service.inputs.owners import AUTOPILOT
+from service.inputs.owners import AUTOPILOT, base, instance_field, numbered
 from service.inputs.table import Table, Topic
 from service.logs.choosing import choose_vehicle
-from service.logs.damage import Damage
-from service.logs.log import TableBuilder
+from service.logs.log import Damage, TableBuilder
 from service.logs.opening import MIN_PACKET_BYTES, STAMP_BYTES, packet_size
 
 MAX_COPY_DELAY_S = 10.0

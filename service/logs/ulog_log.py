@@ -10,7 +10,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from service.cli.extras import load_package
-from service.inputs.instances import numbered
+from service.inputs.owners import numbered
 from service.inputs.table import Table, Topic
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Stream, Streams
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.signals.steps import refuse_steps
 from service.inputs.arming import Spans, arming_spans, is_within
+from service.inputs.clocks import without_leaps
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.presets import Proposal
@@ -22,9 +23,10 @@ from service.inputs.settings import Inputs, Source
 from service.inputs.units import SI_UNITS, units_of
 from service.logs import Log
 from service.logs.candidates import turning_instead
+from service.logs.csv_log import OURS, TableLog
 from service.logs.cutting import ARMED_CHANNEL, Cut, Span, columns_inside, rows_inside
 from service.recordings.log_refusals import refuse_fraction, refuse_still, refuse_whole_numbers
-from service.recordings.recording import Recording, from_streams, put_back
+from service.recordings.recording import Recording, from_streams
 from service.recordings.velocities import in_body
 
 if TYPE_CHECKING:
@@ -35,64 +37,84 @@ NEVER_ARMED = "never armed, so there is nothing to learn from: give a log of a d
 
 def recording_of(reading: Reading, path: Path, log: Log, proposal: Proposal, measured: MeasuredStreams) -> Recording:
     """The measurements of a log as a recording, or why they are none."""
-    source = proposal.inputs.yaw_rate
+    ours, source = log.format == OURS, proposal.inputs.yaw_rate
     if reading.learns and measured.doubts:
         raise BadInput(f"{path}: {measured.doubts[0]}")
-    if source is not None and reading.axis == YAW and not measured.streams["yaw_rate"][0].size:
-        raise BadInput(
-            f"{path}: there is no value of yaw_rate in {source.topic}"
-            + (turning_instead(log, source, "yaw_rate") or f"; `incsvr inspect {path}` shows what there is")
-        )
-    recording = _in_cut(reading, path, measured, proposal.inputs)
-    notes = (*proposal.sentences, *measured.notes)
+    instead = turning_instead(log, source, YAW.rate) if source is not None and reading.axis == YAW else ""
+    if source is not None and instead and not measured.streams[YAW.rate][0].size:
+        raise BadInput(f"{path}: there is no value of yaw_rate in {source.topic}{instead}")
+    recording = _in_cut(reading, path, log, measured, proposal.inputs)
+    notes, places = (*proposal.sentences, *measured.notes), _places(proposal.inputs, reading.axis, ours)
     units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
-    recording = replace(recording, notes=notes, places=_places(proposal.inputs), units=units)
-    recording = in_body(put_back(recording, reading.axis), reading.description.inputs)
+    recording = replace(recording, axis=reading.axis, notes=notes, places=places, units=units)
+    recording = in_body(recording, reading.description.inputs)
     refuse_fraction(path, proposal.inputs, measured, words_of(reading.axis))
     if not reading.learns:
         return recording
-    recording = armed_alone(path, recording)
-    source, rate = proposal.inputs.yaw_rate, recording.streams()["yaw_rate"][1]
+    recording = armed_alone(path, recording, ours and reading.ours_whole)
+    if ours and not instead:
+        return recording
+    rate = recording.rate[~np.isnan(recording.rate)]
     refuse_still(path, log, source if reading.axis == YAW else None, rate, words_of(reading.axis))
     return recording
 
 
-def _in_cut(reading: Reading, path: Path, measured: MeasuredStreams, inputs: Inputs) -> Recording:
-    """The streams in the cut as they are, with a channel that says when the vehicle was armed, if anything does."""
-    for name in ("yaw_rate", "torque"):
+def _in_cut(reading: Reading, path: Path, log: Log, measured: MeasuredStreams, inputs: Inputs) -> Recording:
+    """The streams in the cut as they are, with a channel that says when the vehicle was armed, if anything does.
+
+    Of our own recordings that is their own channel, and all stand in the order in which they were written.
+    """
+    axis, ours = reading.axis, log.format == OURS
+    for name in (axis.rate, axis.effort):
         if name not in measured.streams or not measured.streams[name][0].size:
-            raise BadInput(f"{path}: there is no value of {name}; `incsvr inspect {path}` shows what there is")
-    time = measured.streams["yaw_rate"][0]
+            raise BadInput(
+                f"{path}: the column {name} is empty; it must hold the {_quantity(axis, name)}"
+                if ours
+                else f"{path}: there is no value of {name}; `incsvr inspect {path}` shows what there is"
+            )
+    time = measured.streams[axis.rate][0]
     streams = _later(measured.streams)
-    instants = streams["yaw_rate"][0]
+    instants = streams[axis.rate][0]
     shift = float(instants[0] - time[0])
-    if measured.armed is not None:
+    if measured.armed is not None and ours:
+        streams = {**streams, ARMED_CHANNEL: measured.armed}
+    elif measured.armed is not None:
         on = is_within(instants - shift, arming_spans(*measured.armed))
         streams = {**streams, ARMED_CHANNEL: (instants, on.astype(np.float64))}
+    if ours:
+        streams = {name: streams[name] for name in log.topics[0].fields if name in streams}
     for name, (stamps, _) in streams.items():
         refuse_steps(stamps, f"{path}: the times of {name}")
-    recording = from_streams(path.name, streams)
+    recording = replace(from_streams(path.name, streams), axis=axis)
     try:
         since = None if measured.since_1970 is None else measured.since_1970 - shift
         recording = _cut(recording, reading.cut, since)
     except BadInput as error:
         raise type(error)(f"{path}: {error}") from None
-    for name in ("yaw_rate", "torque") if reading.cut else ():
+    for name in (axis.rate, axis.effort) if reading.cut else ():
         if np.isnan(recording.columns[name]).all():
             raise BadInput(f"{path}: there is no value of {name} in the part that {reading.cut} takes")
     source = inputs.yaw_rate
-    if reading.learns and source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit]):
-        refuse_whole_numbers(path, recording.columns["yaw_rate"], reading.axis.rate, typed_source(source))
-    time, rate = recording.streams()["yaw_rate"]
-    beyond = np.flatnonzero(np.abs(rate) > reading.rate_limit)
+    in_si = source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit])
+    if source is not None and in_si and (reading.learns or ours):
+        refuse_whole_numbers(path, recording.rate, axis.rate, typed_source(source))
+    beyond = np.flatnonzero(np.abs(recording.rate) > reading.rate_limit)
     if beyond.size:
-        words = words_of(reading.axis)
+        rate, at, unit = recording.rate[beyond[0]], recording.time[beyond[0]], words_of(axis).rate_unit
+        row = _row(log, at)
+        place = f"{row}: {axis.rate} is {rate:g}" if row else f": {axis.rate} is {rate:g} at {at:.10g} s"
         raise BadInput(
-            f"{path}: {words.rate_column} is {rate[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the plausible "
-            f"±{reading.rate_limit:g} {words.rate_unit}{_in_degrees(inputs.yaw_rate, reading.axis)}"
+            f"{path}{place}, beyond the plausible ±{reading.rate_limit:g} {unit}{_in_degrees(source, axis)}"
             + (f"; if the vehicle really turns so fast, raise {reading.limit_is}" if reading.limit_is else "")
         )
     return recording
+
+
+def _row(log: Log, stamp: float) -> str:
+    """The row of a stamp [s] in words, where a log is one recording of our own; else nothing."""
+    if log.format != OURS or not isinstance(log, TableLog):
+        return ""
+    return f", row {int(np.searchsorted(without_leaps(log.table.columns['t'])[0], stamp)) + 2}"
 
 
 def _cut(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:
@@ -109,25 +131,34 @@ def _cut(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:
         return recording
     span = Span(float(recording.time[0]), float(recording.time[-1]), since_1970)
     inside = rows_inside(recording.time, cut, span)
-    columns = columns_inside(recording.columns, inside)
-    displaced = {name: values[inside] for name, values in recording.displaced.items()}
-    return replace(recording, time=recording.time[inside], columns=columns, displaced=displaced)
+    return replace(recording, time=recording.time[inside], columns=columns_inside(recording.columns, inside))
 
 
-def _places(inputs: Inputs) -> dict[str, str]:
-    """The sources of all quantities, with their units as a person types them."""
-    sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque, **inputs.channels}
-    return {name: typed_source_with_unit(source) for name, source in sources.items() if source is not None}
+def _quantity(axis: Axis, column: str) -> str:
+    """The quantity and unit of the velocity or the effort of an axis."""
+    words = words_of(axis)
+    if column == axis.rate:
+        return f"{words.rate} [{words.rate_unit}]"
+    return f"{words.name} {words.moment} of the actuators [{words.effort_unit}]"
+
+
+def _places(inputs: Inputs, axis: Axis, ours: bool) -> dict[str, str]:
+    """The sources of all quantities, with their units as a person types them; of `ours` those of another name."""
+    sources = inputs.sources_of(axis.rate, axis.effort)
+    return {
+        name: typed_source_with_unit(source) for name, source in sources.items() if not ours or source.field != name
+    }
 
 
 def _in_degrees(source: Source | None, axis: Axis) -> str:
     """The flag for a yaw rate in degrees per second that was read as rad/s."""
     if source is None or axis.along or source.unit not in ("", "rad/s"):
         return ""
-    return f"; if it is in degrees per second, give the unit: --column {axis.rate}={typed_source(source)}:deg/s"
+    place = shlex.quote(f"{axis.rate}={typed_source(source)}:deg/s")
+    return f"; if it is in degrees per second, give the unit: --column {place}"
 
 
-def _later(streams: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array, Array]]:
+def _later(streams: Streams) -> dict[str, Stream]:
     """The streams on a clock that does not begin before zero."""
     shift = max(0.0, -min(float(time[0]) for time, _ in streams.values() if time.size))
     return {name: (time + shift, values) for name, (time, values) in streams.items()}
@@ -137,7 +168,7 @@ def armed_spans(recording: Recording) -> Spans | None:
     """The spans in which the vehicle was armed [s]; None if unknown."""
     if ARMED_CHANNEL not in recording.columns:
         return None
-    return arming_spans(*recording.streams()[ARMED_CHANNEL])
+    return arming_spans(*recording.body_streams()[ARMED_CHANNEL])
 
 
 def armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recording:
@@ -150,14 +181,13 @@ def armed_alone(path: Path, recording: Recording, whole: bool = False) -> Record
     if whole:
         return recording
     kept = is_within(recording.time, wanted)
-    columns = {name: values[kept] for name, values in recording.columns.items() if name != ARMED_CHANNEL}
-    displaced = {name: values[kept] for name, values in recording.displaced.items()}
-    for name in ("yaw_rate", "torque"):
-        if np.isnan(columns[name]).all():
+    found = recording.taken(kept, {name: each for name, each in recording.columns.items() if name != ARMED_CHANNEL})
+    for name in (recording.axis.rate, recording.axis.effort):
+        if np.isnan(found.columns[name]).all():
             raise BadInput(f"{path}: there is no value of {name} while the vehicle was armed; give a longer log")
     notes = recording.notes
     if not kept.all():
         first, last = float(recording.time[0]), float(recording.time[-1])
         on = sum(min(high, last) - max(low, first) for low, high in wanted)
         notes = (*notes, f"armed for {on:.3g} of {last - first:.3g} s; the rest is left out")
-    return replace(recording, time=recording.time[kept], columns=columns, displaced=displaced, notes=notes)
+    return replace(found, notes=notes)

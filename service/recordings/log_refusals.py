@@ -12,13 +12,11 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.plant.words import AxisWords, words_of
-from incsvr.signals import REQUIRED
+from incsvr.plant.words import AxisWords
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
-from service.inputs.column_spec import of_this_log
+from service.inputs.column_spec import of_this_log, typed_source
 from service.inputs.measured_streams import MeasuredStreams
-from service.inputs.senders import alternates, sentence
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import Assumption
 from service.inputs.units import FRACTION
@@ -42,9 +40,9 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words
         return
     cure = (
         f"the {words.effort} is a fraction of full thrust, not {words.effort_unit}, until its scale is given: "
-        f"--column '{words.effort_column}={torque.topic}.{torque.field}*NEWTON_METRES'"
+        f"--column '{words.effort_column}={typed_source(torque)}*NEWTON_METRES'"
     )
-    time, rate = measured.streams["yaw_rate"]
+    time, rate = measured.streams[words.rate_column]
     if measured.armed is not None:
         inside = is_within(time, arming_spans(*measured.armed))
         rate = rate[inside] if inside.any() else rate
@@ -81,7 +79,7 @@ def refuse_twice(recordings: Sequence[Recording], why: str = GIVEN_TWICE) -> Non
     """
     seen: dict[tuple[bytes, ...], str] = {}
     for recording in recordings:
-        own = [recording.columns[name] for name in REQUIRED]
+        own = [recording.rate, recording.effort]
         if not any(np.ptp(values[~np.isnan(values)]) > 0.0 for values in own):
             own = list(recording.columns.values())
         content = tuple(values.tobytes() for values in own)
@@ -134,15 +132,6 @@ def refuse_still(path: Path, log: Log, source: Source | None, rate: Array, words
         others = "" if source is None else turning_instead(log, source, words.rate_column)
         cure = others or f"; give a log in which the vehicle {words.turns} both ways"
         raise BadInput(f"{path}: {still}{cure}")
-
-
-def refuse_two_senders(path: Path, recording: Recording) -> None:
-    """Raises BadInput where the velocity or the effort alternates between two series of values."""
-    words = words_of(recording.axis)
-    for name, called in zip(REQUIRED, (words.rate_column, words.effort_column), strict=True):
-        share = alternates(recording.streams()[name][1])
-        if share is not None:
-            raise BadInput(f"{path}: {sentence(called, 'one name', share)}")
 
 
 @contextmanager

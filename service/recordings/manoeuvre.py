@@ -6,7 +6,6 @@ next row, and the last row ends the manoeuvre.
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import EFFORTS, VELOCITIES
 from incsvr.signals.steps import refuse_steps
+from service.logs.csv_log import csv_rows
 from service.number import number_of
 
 PLAN_STEP_S = 0.02
@@ -31,9 +31,8 @@ def read_plan(path: Path) -> Streams | None:
         BadInput: naming the file, the row (the header is row 1) and the cure.
     """
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file)) or [[]]
-    except (OSError, UnicodeDecodeError, csv.Error):  # what reads logs says what it is
+        rows = csv_rows(path, ",") or [[]]
+    except BadInput:  # what reads logs says what it is
         return None
     rows[0] = [name.strip() for name in rows[0]]
     names = [name for name in rows[0] if name in EFFORTS]

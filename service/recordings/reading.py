@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, get_args
-
-import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
@@ -18,36 +15,27 @@ from service.config.configuration import Config
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import of_this_log, split_file
 from service.inputs.settings import Preset
+from service.inputs.table import ROWS
 from service.logs import Log, open_any
 from service.logs import reading as logs
+from service.logs.candidates import refuse_without_numbers
 from service.logs.cells import CellFault
 from service.logs.csv_log import open_log as open_csv
 from service.logs.cutting import (
     WHOLE_LOG,
     Cut,
     EmptyCut,
-    Span,
     add_cut_arguments,
-    empty_cut,
-    since_1970,
 )
 from service.logs.dives import Dive, dives
 from service.logs.opening import first_bytes
 from service.logs.reading import NO_DESCRIPTION, LogDescription
-from service.logs.suspect_columns import refuse_without_numbers
-from service.recordings.log_recording import armed_alone, recording_of
-from service.recordings.log_refusals import (
-    beside_assumptions,
-    refuse_two_senders,
-)
+from service.recordings.log_recording import recording_of
+from service.recordings.log_refusals import beside_assumptions
 from service.recordings.recording import (
     Recording,
-    column_of_axis,
-    continuation,
-    with_own_columns,
 )
-from service.recordings.recording_csv import RATE_LIMIT
-from service.recordings.recording_csv import read as read_recording
+from service.recordings.recording_csv import RATE_LIMIT, open_recording
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +70,10 @@ class Reading:
         said = {"preset": args.preset, "system": args.system}
         inputs = config.inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
-        columns = tuple(column_of_axis(text, axis) for text in args.column)
         _refuse_other_files(args)
         return replace(
             Reading.configured(config, axis),
-            description=LogDescription(columns, inputs),
+            description=LogDescription(tuple(args.column), inputs),
             cut=Cut.of(args),
             several=len(_files(args)) > 1,
         )
@@ -121,7 +108,7 @@ class Reading:
         """
         found, left_out = list[Recording](), list[EmptyCut]()
         with progress(f"reading {paths[0].name}" if len(paths) == 1 else "reading", _several(paths)) as advance:
-            for dive in dives(paths, self.description):
+            for dive in dives(paths, self.description, self._opened):
                 try:
                     found.append(self._of_dive(dive))
                 except EmptyCut as error:
@@ -140,29 +127,14 @@ class Reading:
         mine = self.description.of(dive.path.name)
         if mine != self.description:
             return replace(self, description=mine)._of_dive(dive)
-        ours = self.description == NO_DESCRIPTION and all(is_ours(part.path, self.axis) for part in dive.parts)
         if len(dive.parts) == 1:
-            return self.of_one(dive.parts[0].path, None if ours else dive.parts[0].log)
-        recording = self._continued(dive) if ours else self.of_one(dive.path, dive.opened(self.description))
+            return self.of_one(dive.parts[0].path, dive.parts[0].log)
+        recording = self.of_one(dive.path, dive.opened(self.description))
         return replace(recording, name=dive.name, notes=(*dive.notes, *recording.notes))
 
     def _named(self, error: BadInput, name: str) -> BadInput:
         """A refusal of one log of several, whose flags are for that one alone."""
         return type(error)(of_this_log(str(error), name)) if self.several else error
-
-    def _continued(self, dive: Dive) -> Recording:
-        """Our own recordings that are parts of one dive."""
-        first, last = dive.parts[0].first, dive.parts[-1].last
-        whole = Span(first, last, since_1970(np.array([first]), None))
-        reading = replace(self, learns=False, cut=self.cut.in_stamps(whole))
-        found = []
-        for part in dive.parts:
-            with suppress(EmptyCut):
-                found.append(reading.of_one(part.path))
-        if not found:
-            raise EmptyCut(f"{dive.path}: {empty_cut(self.cut, whole)}")
-        recording = continuation(found)
-        return armed_alone(dive.path, recording, self.ours_whole) if self.learns else recording
 
     def of_one(self, path: Path, log: Log | None = None) -> Recording:
         """A file as a recording.
@@ -173,27 +145,51 @@ class Reading:
         Raises:
             BadInput: naming the file, what is wrong or missing, and the cure.
         """
-        if log is None and self.description == NO_DESCRIPTION and is_ours(path, self.axis):
-            try:
-                recording = read_recording(
-                    path, rate_limit=self.rate_limit, limit_is=self.limit_is, axis=self.axis, cut=self.cut
-                )
-            except BadInput as error:
-                log = _spelt_otherwise(path, error)
-            else:
-                if self.learns:
-                    refuse_two_senders(path, recording)
-                return armed_alone(path, recording, self.ours_whole) if self.learns else recording
-        log = open_any(path) if log is None else log
+        log = self._opened(path) if log is None else log
         refuse_without_numbers(path, log)
         description = self.description
         if self.axis != YAW:
-            columns = with_own_columns(path, log, description.columns, self.axis)
-            description = replace(description, columns=columns)
-        proposal = logs.describe(log, description)
-        measured = logs.read(path, log, proposal)
+            description = replace(description, columns=_with_own_columns(path, log, description.columns, self.axis))
+        proposal = logs.describe(log, description, self.axis)
+        measured = logs.read(path, log, proposal, self.axis)
         with beside_assumptions((*proposal.sentences, *measured.notes)):
             return recording_of(self, path, log, proposal, measured)
+
+    def _opened(self, path: Path) -> Log:
+        """The log in a file; one of our own, which nobody describes, with every fault of a row named."""
+        if self.description.of(path.name) != NO_DESCRIPTION or not is_ours(path, self.axis):
+            return open_any(path)
+        try:
+            return open_recording(path, self.axis)
+        except BadInput as error:
+            return _spelt_otherwise(path, error)
+
+
+def read(path: Path, axis: Axis = YAW) -> Recording:
+    """A recording of our own, with the time when the vehicle was not armed.
+
+    Raises:
+        BadInput: as of `Reading.of_one`.
+    """
+    return Reading(rate_limit=axis.fastest, learns=False, axis=axis).of_one(path)
+
+
+def _with_own_columns(path: Path, log: Log, columns: Sequence[str], axis: Axis) -> tuple[str, ...]:
+    """The declared columns, and those of a table that have the axis's own names.
+
+    Raises:
+        BadInput: the velocity or the effort of the axis is neither said nor there, and how to say it.
+    """
+    said = {split_file(text)[1].partition("=")[0] for text in columns}
+    there = {field for topic in log.topics if topic.name == ROWS for field in topic.fields}
+    found = [f"{own}={own}" for own in (axis.rate, axis.effort) if own not in said and own in there]
+    absent = [own for own in (axis.rate, axis.effort) if own not in said | there]
+    if absent:
+        flags = " ".join(f"--column {own}=NAME" for own in absent)
+        names = {axis.rate: f"{axis.name} {'velocity' if axis.along else 'rate'}", axis.effort: axis.effort}
+        called = " and no ".join(names[own].replace("_", " ") for own in absent)
+        raise BadInput(f"{path}: no {called} found; add {flags} (`incsvr inspect {path}` lists the names)")
+    return (*columns, *found)
 
 
 def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
@@ -202,8 +198,6 @@ def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
     Raises:
         BadInput: the `refusal`, where they are not; or the true cause.
     """
-    if isinstance(refusal, EmptyCut) or not path.is_file():
-        raise refusal
     try:
         log = open_csv(path)
     except CellFault:

@@ -1,11 +1,9 @@
-"""Recordings: CSV files of one contiguous run each, read with every fault named, and written exactly.
+"""Recordings: CSV files of one contiguous run each, read with every fault of a row named, and written exactly.
 
 Header row; `t` [s], never going back; `yaw_rate` [rad/s]; `torque` [N m]; then any further numeric channels. An
 empty cell (also `nan`, `NA`) means that the channel was not sampled in that row, so streams of different rates fit in
-one file. Rows of one instant are merged.
-
-Of another axis than yaw its own columns (`sway`, `sway_force`) stand for these two, and everything downstream reads
-them under the same two names: a learner has one rate and one torque, whichever they are.
+one file. Rows of one instant are merged. Of another axis than yaw its own columns (`sway`, `sway_force`) stand for
+these two.
 """
 
 from __future__ import annotations
@@ -16,21 +14,16 @@ from math import nan
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from incsvr.plant.axes import EFFORTS, YAW, Axis
-from incsvr.plant.words import words_of
-from incsvr.signals.steps import refuse_steps
+from incsvr.plant.axes import YAW, Axis
 from incsvr.signals.streams import MAX_STAMP_S
-from service.inputs.clocks import set_at, without_leaps
-from service.inputs.marks import all_without_marks
+from service.inputs.table import Table
 from service.logs.cells import EMPTY_CELLS
-from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970
+from service.logs.csv_log import OURS, TableLog, csv_rows, refuse_unnamed
 from service.number import number_of
-from service.recordings.log_refusals import refuse_whole_numbers
-from service.recordings.recording import Recording, of_axis, own_columns
+from service.recordings.recording import Recording
 
 RATE_LIMIT = YAW.fastest
 """Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
@@ -47,84 +40,26 @@ def write(path: Path, recording: Recording) -> None:
         writer.writerows(["" if cell != cell else repr(cell) for cell in row] for row in zip(*columns, strict=True))
 
 
-def read(
-    path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "", axis: Axis = YAW, cut: Cut = WHOLE_LOG
-) -> Recording:
-    """The recording in a CSV file.
-
-    Args:
-        path: the file.
-        axis: which is meant.
-        rate_limit: largest plausible magnitude of the yaw rate [rad/s].
-        limit_is: what the user may raise it by, if there is such a thing.
-        cut: the part of it that is taken.
+def open_recording(path: Path, axis: Axis) -> TableLog:
+    """The table in a CSV file that begins as our recordings of an axis do.
 
     Raises:
-        EmptyCut: the cut holds none of its rows.
         BadInput: naming the file, the row (the header is row 1) and the cure.
     """
-    header, lines = _rows(path, axis)
-    cells = list(zip(*lines, strict=True))
-    columns = {name: _numbers(path, name, column) for name, column in zip(header, cells, strict=True)}
-    time = columns.pop("t")
-    _check_time(path, time)
-    time, sets = without_leaps(time)
-    rows = np.arange(time.size) + 2
-    if cut:
-        span = Span(float(time[0]), float(time[-1]), since_1970(time, None))
-        try:
-            inside = rows_inside(time, cut, span)
-        except BadInput as error:
-            raise type(error)(f"{path}: {error}") from None
-        time, rows, columns = time[inside], rows[inside], columns_inside(columns, inside)
-    rate = axis.rate
-    for name in own_columns(axis):
-        if np.isnan(columns[name]).all():
-            where = f" in the part that {cut} takes" if cut else ""
-            raise BadInput(f"{path}: the column {name} is empty{where}; it must hold the {_unit(axis, name)}")
-    columns, marks = all_without_marks(columns, EFFORTS)
-    refuse_whole_numbers(path, columns[rate], rate, rate)
-    beyond = np.flatnonzero(np.abs(columns[rate]) > rate_limit)
-    if beyond.size:
-        faster = f"; if the vehicle really turns so fast, raise {limit_is}" if limit_is else ""
-        degrees = f"; if it is in degrees per second, give the unit: --column {rate}={rate}:deg/s" * (not axis.along)
-        raise BadInput(
-            f"{path}, row {rows[beyond[0]]}: {rate} is {columns[rate][beyond[0]]:g}, beyond the plausible "
-            f"±{rate_limit:g} {'m/s' if axis.along else 'rad/s'}{degrees}{faster}"
-        )
-    for name, values in columns.items():
-        refuse_steps(time[~np.isnan(values)], f"{path}: the times of {name}")
-    merged = Recording(path.name, *_merged(path, time, columns, rows), notes=(*(set_at(at) for at in sets), *marks))
-    return of_axis(merged, axis)
+    header, lines = _rows(path)
+    columns = {name: _numbers(path, name, cells) for name, cells in zip(header, zip(*lines, strict=True), strict=True)}
+    _check_time(path, columns["t"])
+    _check_instants(path, columns)
+    return TableLog(OURS, Table(None, columns, {}))
 
 
-def _unit(axis: Axis, column: str) -> str:
-    """The quantity and unit of a column."""
-    words = words_of(axis)
-    if column == "t":
-        return "time [s]"
-    if column == axis.rate:
-        return f"{words.rate} [{words.rate_unit}]"
-    return f"{words.name} {words.moment} of the actuators [{words.effort_unit}]"
-
-
-def _rows(path: Path, axis: Axis) -> tuple[list[str], list[list[str]]]:
+def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
     """Header and rows, all of the header's length."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
-    except FileNotFoundError:
-        raise BadInput(f"{path}: there is no such file; give the path of a recording") from None
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read ({error.strerror}); give the path of a CSV file") from None
-    except (UnicodeDecodeError, csv.Error):
-        raise BadInput(f"{path}: this is no CSV text; export the recording as UTF-8 CSV") from None
+    rows = csv_rows(path, ",")
     while rows and not any(rows[-1]):
         rows.pop()
-    if not rows:
-        raise BadInput(f"{path}: the file is empty; a recording begins with the header t,yaw_rate,torque")
     header = [name.strip() for name in rows[0]]
-    _check_header(path, header, axis)
+    refuse_unnamed(path, header)
     if len(rows) == 1:
         raise BadInput(f"{path}: there are no rows below the header; record at least a few seconds")
     for number, row in enumerate(rows[1:], start=2):
@@ -136,24 +71,11 @@ def _rows(path: Path, axis: Axis) -> tuple[list[str], list[list[str]]]:
     return header, rows[1:]
 
 
-def _check_header(path: Path, header: Sequence[str], axis: Axis) -> None:
-    for name in ("t", *own_columns(axis)):
-        if name not in header:
-            raise BadInput(
-                f"{path}, row 1: there is no column {name} among {', '.join(header)}; "
-                f"name the column with the {_unit(axis, name)} {name}"
-            )
-    for position, name in enumerate(header):
-        if not name or name in header[:position]:
-            raise BadInput(
-                f"{path}, row 1: column {position + 1} is named {name!r}; give every column a name of its own"
-            )
-
-
 def _numbers(path: Path, name: str, cells: Sequence[str]) -> Array:
     """A column as numbers, NaN for cells in whose place nothing was sampled."""
     try:
-        values = np.array([number_of(cell) if cell else nan for cell in cells])
+        number = number_of if "_" in "".join(cells) else float  # of a million cells, each call counts
+        values = np.array([number(cell) if cell else nan for cell in cells])
     except ValueError:
         values = np.array([_number(path, name, row, cell) for row, cell in enumerate(cells, start=2)])
     for row in np.flatnonzero(~np.isfinite(values)):
@@ -201,22 +123,21 @@ def _check_time(path: Path, time: Array) -> None:
         )
 
 
-def _merged(
-    path: Path, time: Array, columns: Mapping[str, Array], rows: NDArray[np.int_]
-) -> tuple[Array, dict[str, Array]]:
-    """One row an instant: of rows with the same stamp each gives what it has, as where two topics were joined."""
-    instants, place = np.unique(time, return_inverse=True)
-    if instants.size == time.size:
-        return time, dict(columns)
-    merged = {}
+def _check_instants(path: Path, columns: Mapping[str, Array]) -> None:
+    """Refuses rows of one stamp with different values: of such rows each gives what it has, as where two topics were
+    joined."""
+    time = columns["t"]
+    again = np.flatnonzero(np.diff(time) == 0.0) + 1
+    if not again.size:
+        return
+    _, first, place = np.unique(time, return_index=True, return_inverse=True)
     for name, values in columns.items():
-        merged[name] = np.full(instants.size, np.nan)
         sampled = np.flatnonzero(~np.isnan(values))
-        merged[name][place[sampled]] = values[sampled]
-        other = sampled[merged[name][place[sampled]] != values[sampled]]
+        kept = np.zeros(first.size)
+        kept[place[sampled]] = values[sampled]
+        other = sampled[kept[place[sampled]] != values[sampled]]
         if other.size:
             raise BadInput(
-                f"{path}, row {rows[other[0]]}: t is {time[other[0]]:.10g} in several rows, with different values of "
+                f"{path}, row {other[0] + 2}: t is {time[other[0]]:.10g} in several rows, with different values of "
                 f"{name}; leave one of them"
             )
-    return instants, merged

@@ -16,7 +16,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.iteration import scaled_to
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
-from incsvr.numerics import root_mean_square
+from incsvr.numerics import Streams, root_mean_square
 from incsvr.plant.axes import YAW, stream_of
 from incsvr.plant.axis_words import in_words_of
 from incsvr.plant.body import Coupled
@@ -28,7 +28,7 @@ from incsvr.signals.raw import HEADING
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MAX_PAUSE_S, MEASURED, ROTOR_LAG_S, TorqueKind
 from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS
-from service.recordings.recording import Recording, Streams
+from service.recordings.recording import Recording
 
 
 def refuse_bursts(recording: Recording, names: Sequence[str] = REQUIRED) -> None:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Stream, Streams
 from incsvr.plant.axes import VELOCITIES
 from service.inputs.settings import Inputs, Vector
-from service.recordings.recording import Recording, own_columns
+from service.recordings.recording import Recording
 
 LINEAR, ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 
 
-def heading_at(streams: Mapping[str, tuple[Array, Array]], at: Array) -> Array | None:
+def heading_at(streams: Streams, at: Array) -> Array | None:
     """The heading at instants (n,) [rad], which counts as the yaw rate does; None where a log has none."""
     if any(name not in streams or streams[name][0].size < 3 for name in ("heading", "yaw_rate")):
         return None
@@ -39,18 +38,15 @@ def in_body(recording: Recording, inputs: Inputs) -> Recording:
     if inputs.velocity_frame != "body":
         changed |= _turned(recording.name, streams, inputs.velocity_frame == "east_north")
     changed |= _displaced(changed, inputs.velocity_place)
-    own = dict(zip(own_columns(recording.axis), ("yaw_rate", "torque"), strict=True))
-    columns, displaced = dict(recording.columns), dict(recording.displaced)
+    columns = dict(recording.columns)
     for name in LINEAR:
         if name in changed:
-            holder = displaced if name in displaced else columns
-            values = np.full(recording.time.size, np.nan)
-            values[np.searchsorted(recording.time, changed[name][0])] = changed[name][1]
-            holder[own.get(name, name)] = values
-    return replace(recording, columns=columns, displaced=displaced)
+            columns[name] = np.full(recording.time.size, np.nan)
+            columns[name][np.searchsorted(recording.time, changed[name][0])] = changed[name][1]
+    return replace(recording, columns=columns)
 
 
-def _turned(name: str, streams: Mapping[str, tuple[Array, Array]], swapped: bool) -> dict[str, tuple[Array, Array]]:
+def _turned(name: str, streams: Streams, swapped: bool) -> dict[str, Stream]:
     first, second = ("sway", "surge") if swapped else ("surge", "sway")
     if not {"surge", "sway"} <= streams.keys() or heading_at(streams, np.zeros(1)) is None:
         raise BadInput(f"{name}: inputs.velocity_frame needs surge, sway, yaw_rate and heading; name them by --column")
@@ -64,7 +60,7 @@ def _turned(name: str, streams: Mapping[str, tuple[Array, Array]], swapped: bool
     return found
 
 
-def _displaced(streams: Mapping[str, tuple[Array, Array]], place: Vector) -> dict[str, tuple[Array, Array]]:
+def _displaced(streams: Streams, place: Vector) -> dict[str, Stream]:
     """v − ω × p: the velocities where the efforts act, of those measured at p [m]."""
     found = {}
     for k, name in enumerate(LINEAR):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from incsvr.plant.axes import YAW
-from service.recordings.recording_csv import read
+from service.recordings.reading import read
 from tests.conftest import ROOT
 
 LOGS = ROOT / "docs" / "logs"

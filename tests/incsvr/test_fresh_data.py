@@ -9,8 +9,8 @@ from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.fresh_data import compare_on_fresh_data
 from incsvr.compensation.proof import Proof
 from incsvr.errors import BadInput
+from incsvr.numerics import Streams
 from incsvr.tracing.model import Effect, TracedModel
-from service.recordings.recording import Streams
 from simulator import leng
 from tests.hidden import BIAS, LAG, TRUTH, lag, recording, trim
 

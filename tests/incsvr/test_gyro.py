@@ -10,7 +10,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.tracing.gyro import check_gyro
-from service.recordings.recording_csv import read
+from service.recordings.reading import read
 from tests.worlds import trial
 
 

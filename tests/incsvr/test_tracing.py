@@ -12,8 +12,8 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.tracing.result import trace
 from incsvr.tracing.run import Run
+from service.recordings.reading import read
 from service.recordings.recording import from_streams
-from service.recordings.recording_csv import read
 from simulator.mission import Mission
 from simulator.sensors import GYRO_NOISE, Sensor, schedule
 from simulator.vehicles import TURNING

@@ -10,7 +10,7 @@ import pytest
 import simulator.dive_log
 from incsvr.plant.axes import EFFORTS, VELOCITIES
 from service.cli.command_line import main
-from service.recordings.recording_csv import read
+from service.recordings.reading import read
 from simulator.dive_log import write_dive
 
 

@@ -13,7 +13,7 @@ import zenoh
 from service import wire
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
-from service.recordings.recording_csv import read
+from service.recordings.reading import read
 from simulator.messages import messages
 from simulator.player import play
 

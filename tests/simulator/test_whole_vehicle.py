@@ -17,8 +17,9 @@ from incsvr.vehicle import Vehicle
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.config.vehicle_file import write_vehicle
+from service.recordings.reading import read
 from service.recordings.recording import from_streams
-from service.recordings.recording_csv import read, write
+from service.recordings.recording_csv import write
 from simulator.dive_log import dives
 from simulator.vehicles import BODIES, NAMES
 from simulator.whole_vehicle import moved_by

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from service.inputs.presets.proposal import Observation, Proposal, first
 from service.inputs.settings import Inputs, Source, StampedBy, StampUnit
-from service.inputs.table import ROWS
+from service.inputs.table import ROWS, Topic
 from service.inputs.units import FACTORS, unit
 
 _TIMES = ("t", "time", "timestamp", "stamp", "time_s", "date", "datetime", "utc", "header_stamp", "timeus")
@@ -25,6 +25,7 @@ _RATES = (
     "q_r",
 )
 _TORQUES = ("torque", "yaw_torque", "torque_z", "yaw_moment", "moment_z", "tau", "tau_r", "tau_n", "mz", "n")
+_NAMES = {"yaw_rate": _RATES, "torque": _TORQUES}
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\])]+)[\])]\s*$")
 _SUFFIXES = ("degps", "dps", "radps", "mradps", "deg_s", "rad_s", "nm", "ms", "us", "ns")
 
@@ -35,25 +36,30 @@ def proposal(observed: Observation) -> Proposal | None:
     if table is None:
         return None
     named = {field: _parts(field) for field in table.fields}
-    dull = {field for (_, field), rank in observed.ranks.items() if rank > 1}
     time = time_column(table.fields)
     stamp = StampedBy() if time is None else StampedBy(stamp=time[0], stamp_unit=time[1])
     missing = {}
     found: dict[str, Source | None] = {}
-    for name, names in (("yaw_rate", _RATES), ("torque", _TORQUES)):
-        field = _pick({field: each for field, each in named.items() if field not in dull}, names) or _pick(named, names)
+    for name, names in _NAMES.items():
+        field = moving_column(observed, table, name) or _pick(named, names)
         found[name] = None
         if field is None:
             known = ", ".join(table.fields[:12]) or "no column of numbers"
             cure = f"--column {name}=COLUMN" + (":deg/s" if name == "yaw_rate" else "")
             missing[name] = f"no column is recognised as {name} among {known}; name it: {cure}"
         else:
-            spelt = named[field][1]
-            found[name] = Source(topic=ROWS, field=field, unit=spelt if spelt in FACTORS else "", **stamp)
+            found[name] = Source(topic=ROWS, field=field, unit=unit_of(field), **stamp)
     if time is None:
         missing["t"] = "no column is recognised as the time; name it: --column t=COLUMN:ms"
     reasons = {name: (f"{name} is the column {each.field!r}, by its name",) for name, each in found.items() if each}
     return Proposal(Inputs(yaw_rate=found["yaw_rate"], torque=found["torque"]), missing=missing, reasons=reasons)
+
+
+def moving_column(observed: Observation, table: Topic, name: str) -> str | None:
+    """The column of a quantity among those whose values move; None where none has a name of the yaw rate's or the
+    torque's, or it is neither of them."""
+    moving = {field: _parts(field) for field in table.fields if observed.ranks.get((table.name, field), 0) < 2}
+    return _pick(moving, _NAMES.get(name, ()))
 
 
 def time_column(fields: Sequence[str]) -> tuple[str, StampUnit] | None:
@@ -61,6 +67,12 @@ def time_column(fields: Sequence[str]) -> tuple[str, StampUnit] | None:
     named = {field: _parts(field) for field in fields}
     time = _pick(named, _TIMES)
     return None if time is None else (time, _stamp_unit(named[time][1]))
+
+
+def unit_of(field: str) -> str:
+    """The unit in a column's name; empty where none is known."""
+    spelt = _parts(field)[1]
+    return spelt if spelt in FACTORS else ""
 
 
 def _parts(field: str) -> tuple[str, str]:

@@ -10,9 +10,8 @@ from collections.abc import Callable
 from functools import partial
 
 from service.inputs import ardusub_frames, vehicle_kind
-from service.inputs.instances import base, numbered
 from service.inputs.outputs import BANK_OUTPUTS, output_numbers
-from service.inputs.owners import AUTOPILOT, autopilot_message
+from service.inputs.owners import AUTOPILOT, autopilot_message, base, numbered
 from service.inputs.presets.proposal import Observation, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
 from service.inputs.table import Topic

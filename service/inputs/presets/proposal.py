@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 
-from service.inputs.instances import base, in_order
+from incsvr.plant.axes import YAW, Axis
+from service.inputs.owners import base, in_order
 from service.inputs.settings import Inputs, Preset, Source, Thrusters
 from service.inputs.table import Topic
 from service.inputs.vehicle_kind import SelfDescription
@@ -22,6 +23,7 @@ class Observation:
         self_description: what the vehicle says of itself beside.
         absent_batteries: topics of batteries that show no battery.
         ranks: how poor a candidate is by its values, by topic and field; 0 where it moves, or nobody looked.
+        axis: whose velocity and effort are learned from.
     """
 
     topics: Sequence[Topic]
@@ -29,6 +31,7 @@ class Observation:
     self_description: SelfDescription = field(default_factory=SelfDescription)
     absent_batteries: frozenset[str] = frozenset()
     ranks: Mapping[tuple[str, str], int] = field(default_factory=dict)
+    axis: Axis = YAW
 
     def of_types(self, *types: str) -> list[Topic]:
         """The topics of a type, those of the first types first, then by name."""

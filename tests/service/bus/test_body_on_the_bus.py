@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import queue
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
 from service.host.host import Host
 from service.host.worker_threads import WorkerThreads
-from service.recordings.recording import Recording, of_axis
+from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
 from tests.whole_vehicle import LINEAR, MASS, PLACES, QUADRATIC, whole_vehicle
@@ -92,7 +93,7 @@ def test_three_axes_hear_each_other_and_learn_each_its_own_damping(start: StartB
     for k, axis in enumerate(AXES_HERE):
         host = next(each for each in bench.hosts if each.keys.prefix == f"rov/{axis}")
         learner = host.node.config
-        streams = of_axis(run, AXES[axis]).streams()
+        streams = replace(run, axis=AXES[axis]).streams()
         settings, coupled = learner.signal_settings(), learner.coupled()
         assert coupled is not None
         assert coupled.inertia == learner.vehicle.inertia == MASS[PLACES[k]]

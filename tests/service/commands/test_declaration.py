@@ -13,8 +13,9 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.fitting.declaration import judge_declaration
+from service.recordings.reading import read
 from service.recordings.recording import Recording
-from service.recordings.recording_csv import read, write
+from service.recordings.recording_csv import write
 from simulator import leng
 from tests.worlds import ROV, mission, slow, trial
 

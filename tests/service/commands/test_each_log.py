@@ -78,7 +78,7 @@ def judge(paths: list[Path], *flags: str) -> list[Recording]:
     runs = [run for path in paths for run in read_body(reading, [path])]
     for run in runs:
         refuse_implausible(run, reading.several)
-    refuse_odd(runs, body_axes(runs), delays=True)
+    refuse_odd(runs, body_axes(runs))
     refuse_frame(runs)
     return runs
 
@@ -104,6 +104,8 @@ def test_vehicles_of_one_hand_pass(tmp_path: Path) -> None:
         (at(ONE, -0.25, 0.3), "velocities of a place 0.25 m behind where the efforts act, and 0.30 m beside it"),
         (in_world(ONE, False), "look like velocities to the north and east"),
         (in_world(ONE, True), "look like velocities to the east and north"),
+        (turned_by(in_world(ONE, False), "sway"), "east counted to the other side than the heading"),
+        (turned_by(in_world(ONE, True), "surge"), "east counted to the other side than the heading"),
         ({**ONE, "heading": np.degrees(ONE["heading"])}, "heading looks like degrees"),
     ],
 )
@@ -131,6 +133,16 @@ def test_another_hand_place_or_frame_is_named_and_its_cure_mends_it(
             np.testing.assert_allclose(mended[name][1], ONE[name], atol=0.03)
 
 
+def test_velocities_to_the_north_without_a_heading_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    columns = {name: values for name, values in in_world(ONE, False).items() if name != "heading"}
+    assert main(["identify", str(saved(tmp_path, "dive.csv", columns))]) == 2
+    assert "turned by the integral of the yaw rate, they explain the efforts; record" in capsys.readouterr().err
+    body = {name: values for name, values in ONE.items() if name != "heading"}
+    judge([saved(tmp_path, "body.csv", body)])
+
+
 def yaw_alone(columns: dict[str, Array]) -> dict[str, Array]:
     return {name: columns[name] for name in ("yaw_rate", "torque")}
 
@@ -152,6 +164,7 @@ def spinning(seed: int) -> dict[str, Array]:
 
 
 MAY, JUNE, JULY = spinning(5), spinning(6), spinning(7)
+TIME_COUNT = MAY["yaw_rate"].size
 
 
 @pytest.mark.parametrize(
@@ -189,6 +202,30 @@ def test_fit_and_trace_name_the_log(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "--column june.csv:torque=-torque" in said
     if command == "fit":
         assert main([command, *paths, "--inertia", "0.6", "--column", "june.csv:torque=-torque"]) == 0
+
+
+@pytest.mark.parametrize("words", [["fit", "--inertia", "0.6"], ["trace", "--inertia", "0.6"], ["identify"]])
+def test_every_command_names_a_late_log(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
+    dives = (("may", MAY), ("june", {**JUNE, "torque": late(JUNE["torque"], 2)}), ("july", JULY))
+    paths = [str(saved(tmp_path, f"{name}.csv", each)) for name, each in dives]
+    assert main([words[0], *paths, *words[1:]]) == 2
+    assert "june.csv: the torque is 0.1 s later against the yaw rate" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["fit", "--inertia", "0.6"], ["trace", "--inertia", "0.6"], ["identify"]])
+def test_no_effort_at_all_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
+    cancelled = {**MAY, "torque": 1e-15 * MAY["torque"]}
+    assert main([words[0], str(saved(tmp_path, "may.csv", cancelled)), *words[1:]]) == 2
+    said = capsys.readouterr().err
+    assert "may.csv: the torque is " in said
+    assert "throughout, while the yaw rate goes up to" in said
+
+
+def test_columns_of_zeros_are_no_axes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """An attitude without its rates of roll and pitch holds zeros there."""
+    zeros = {name: np.zeros(TIME_COUNT) for name in ("roll_rate", "pitch_rate")}
+    assert main(["identify", str(saved(tmp_path, "may.csv", {**MAY, **zeros}))]) == 0
+    assert "roll is not identified: no roll_rate was recorded that changes" in capsys.readouterr().out
 
 
 def test_real_changes_pass(tmp_path: Path) -> None:

@@ -127,6 +127,18 @@ def test_marks_of_no_measurement_and_dives_out_of_order(
     assert {row["dive"] for row in found["rows"] if row["changed"]} == {"dive3.csv"}
 
 
+def test_too_few_means_are_refused_with_their_cause(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = [
+        f"{t},{r},{u}"
+        for t, r, u in zip(TIME[::20], averaged(MAY["yaw_rate"], 20), averaged(MAY["torque"], 20), strict=True)
+    ]
+    (tmp_path / "means.csv").write_text("\n".join(["t,yaw_rate,torque", *lines]), encoding="utf-8")
+    assert main(["fit", str(tmp_path / "means.csv"), *INERTIA]) == 2
+    said = capsys.readouterr().err
+    assert "incsvr fit: means.csv: the yaw rate comes every 1 s, within which the vehicle settles" in said
+    assert "damping samples, but one batch needs 50" in said
+
+
 def test_means_of_a_database_are_remarked(trouble: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fit", str(trouble / "K9_filtered_exports/means_of_0.5_s.csv"), *INERTIA]) == 0
     assert "means or thinned samples, which do not show its acceleration; export the raw" in capsys.readouterr().out
@@ -138,6 +150,15 @@ EVERY = TIME[::10]
 
 def averaged(values: Array, count: int) -> Array:
     return np.asarray(values[: values.size // count * count].reshape(-1, count).mean(axis=1))
+
+
+def clean(torque: Array) -> Array:
+    """The motion under a torque, as a simulator has it."""
+    rate = np.zeros(torque.size)
+    for k in range(1, torque.size):
+        push = torque[k - 1] - 0.6 * rate[k - 1] - 1.6 * rate[k - 1] * abs(rate[k - 1])
+        rate[k] = rate[k - 1] + STEP_S * push / 0.6
+    return rate
 
 
 def both_ways(values: Array, width: int) -> Array:
@@ -152,6 +173,15 @@ def both_ways(values: Array, width: int) -> Array:
         ((TIME, both_ways(MAY["yaw_rate"], 3)), (TIME, MAY["torque"]), "filtered both ways"),
         ((TIME, MAY["yaw_rate"]), (TIME, MAY["torque"][np.maximum(np.arange(TIME.size) - 2, 0)]), "stamps are late"),
         ((TIME, MAY["yaw_rate"]), (TIME, np.interp(TIME, EVERY, MAY["torque"][::10])), "resampled by lines"),
+        ((TIME, np.interp(TIME, EVERY, MAY["yaw_rate"][::10])), (TIME, MAY["torque"]), "{rate} has only straight"),
+        ((TIME, np.round(np.interp(TIME, TIME[::4], MAY["yaw_rate"][::4]), 4)), (TIME, MAY["torque"]), "{rate} has"),
+        (
+            (TIME, np.repeat(MAY["yaw_rate"][::4], 4)[: TIME.size]),
+            (TIME, MAY["torque"]),
+            "repeats each of its values 4",
+        ),
+        ((TIME, np.round(clean(MAY["torque"]), 4)), (TIME, MAY["torque"]), None),
+        ((TIME, clean(np.repeat(MAY["torque"][::40], 40)[: TIME.size])), (TIME, np.sin(TIME)), None),
         ((EVERY, averaged(MAY["yaw_rate"], 10)), (EVERY, averaged(MAY["torque"], 10)), "means or thinned samples"),
         ((TIME, MAY["yaw_rate"]), (TIME, 5.0 * np.sin(0.3 * TIME)), None),
         ((TIME, MAY["yaw_rate"]), (TIME, np.clip(9.0 * np.sin(0.5 * TIME), -4.0, 4.0)), None),

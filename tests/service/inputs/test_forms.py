@@ -13,7 +13,7 @@ from keelson.payloads.Primitives_pb2 import TimestampedBool, TimestampedFloat, T
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from service.inputs.forms import Undecodable, cdr, decoder, json5, number
-from service.logs.cdr import RosTypes
+from service.logs.bag_log import RosTypes
 
 STORE: Any = get_typestore(Stores.ROS2_JAZZY)
 MAVROS = {

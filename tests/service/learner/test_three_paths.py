@@ -16,8 +16,8 @@ from service import wire
 from service.cli.command_line import main
 from service.config.sources import read
 from service.learner.node import LearnerNode
+from service.recordings.reading import read as read_csv
 from service.recordings.recording import from_streams
-from service.recordings.recording_csv import read as read_csv
 from service.recordings.recording_csv import write
 from tests.service.conftest import PATIENCE, StartBench
 

@@ -18,9 +18,9 @@ import pytest
 from numpy.lib.format import write_array_header_1_0
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Streams
 from service.live.tracing_job import FIRST_TO_END, MAX_MEMORY_BYTES, NICENESS, SESSION_NICENESS
 from service.live.tracing_process import TracingProcess
-from service.recordings.recording import Streams
 from simulator import leng
 from tests.hidden import recording
 from tests.service.conftest import PATIENCE

@@ -58,6 +58,10 @@ def set_back(t: float) -> str:
 
 
 READ = {
+    "remarks above": "# of a dive\n# in May\n" + table(OURS, "{:.3f}".format),
+    "a header that is a remark": table("# t,yaw_rate,torque", "{:.3f}".format),
+    "a title above": "Dive 7 in May\n\n" + table(OURS, "{:.3f}".format),
+    "units in words": table(f"{OURS}\nseconds,radians per second,N·m", "{:.3f}".format),
     "date as t": table(OURS, dated("%Y-%m-%dT%H:%M:%S.%f", NIGHT)),
     "date under a name of its own": table("logged at,yaw_rate,torque", dated("%Y-%m-%d %H:%M:%S.%f", NIGHT)),
     "day first": table("Zeit;yaw_rate;torque", dated("%d.%m.%Y %H:%M:%S.%f", NIGHT), comma, comma, ";"),
@@ -101,7 +105,8 @@ def test_it_is_read_as_the_plain_table(tmp_path: Path, name: str) -> None:
     [
         (table("t(msec),yaw_rate,torque", "{:.3f}".format), "the log would last 0.02 s", "t=t(msec):s"),
         (table("time [us],yaw_rate,torque", lambda t: f"{1e3 * t:.0f}"), "if it is in ms", "t=time [us]:ms"),
-        (table(OURS, comma, comma, comma), "6 whole numbers under a header of 3 look like decimal commas", None),
+        (table(OURS, comma, comma, comma), "under a header of 3 look like decimal commas", None),
+        (table("time,r,tau", dated("%H:%M:%S.%f", NIGHT), comma, comma), "look like decimal commas", None),
         (table("time,yaw_rate,torque", lambda t: f"T+{t:.3f}"), "'T+0.000', which is read as no time", None),
         (table(OURS, "{:.3f}".format, lambda r: f"{1e6 * r:.0f}"), "whole numbers", "yaw_rate=yaw_rate*0.000001"),
         (table("stamp,r,tau", "{:.3f}".format, lambda r: f"{1e3 * r:.0f}"), "whole numbers", "yaw_rate=r*0.001"),
@@ -116,6 +121,13 @@ def test_the_cause_is_named_and_its_cure_reads_it(tmp_path: Path, text: str, cau
     assert "\n" not in str(caught.value)
     if cure is not None:
         np.testing.assert_allclose(read(path, cure).columns["yaw_rate"], DIVE.rate, atol=2e-3)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "cp1252", "utf-8-sig"])
+def test_any_encoding_of_text(tmp_path: Path, encoding: str) -> None:
+    text = table("time;yaw_rate [°/s];tau", "{:.3f}".format, lambda r: f"{np.degrees(r):.9f}", mark=";")
+    (tmp_path / "run.csv").write_text(text, encoding=encoding)
+    np.testing.assert_allclose(read(tmp_path / "run.csv").columns["yaw_rate"], DIVE.rate, atol=1e-6)
 
 
 def test_rows_of_one_topic_after_another_are_sorted(tmp_path: Path) -> None:
@@ -154,3 +166,15 @@ def test_marks_of_no_measurement_are_left_out(mark: float, is_command: bool, lef
     pulses = np.where(np.arange(400) % 50 < 3, 40.0, 0.0)
     assert without_marks("torque", pulses, True)[1] is None
     assert without_marks("surge", RATE)[1] is None
+
+
+def test_zeros_of_a_doppler_log_without_bottom_are_left_out() -> None:
+    lost = np.arange(400) % 50 < 7
+    found, note = without_marks("surge", np.where(lost, 0.0, RATE))
+    assert note is not None
+    assert note.startswith("surge drops to exactly 0 in 56 of 400 samples")
+    np.testing.assert_array_equal(np.isnan(found), lost)
+    still = np.where(np.sin(np.arange(400) * 0.02) < 0.0, 0.0, RATE)  # at rest by turns
+    for sound in (still, np.round(RATE, 1), np.where(RATE > 0.0, RATE, 0.0), np.where(np.arange(400) < 90, 0.0, RATE)):
+        assert without_marks("surge", sound)[1] is None
+    assert without_marks("voltage", np.where(lost, 0.0, RATE))[1] is None

@@ -125,9 +125,10 @@ def test_a_simulator_at_another_speed_places_what_bears_no_stamp_of_it(
     assert any("times the speed of the arrivals" in note for note in recording.notes)
 
 
-def test_a_rate_without_stamps_beside_a_simulator_s_is_refused(tmp_path: Path) -> None:
-    bag = paced_bag(tmp_path / "bag", EPOCH + 2.0 * PACED.time, PACED.time, np.zeros(PACED.time.size))
-    with pytest.raises(BadInput, match=r"yaw_rate bears no stamp, and those of torque run at 0.5 times the speed"):
+@pytest.mark.parametrize("stamps", [np.zeros(PACED.time.size), EPOCH + 2.0 * PACED.time], ids=["no", "the wall's"])
+def test_a_rate_without_a_simulator_s_stamps_is_refused(tmp_path: Path, stamps: Array) -> None:
+    bag = paced_bag(tmp_path / "bag", EPOCH + 2.0 * PACED.time, PACED.time, stamps)
+    with pytest.raises(BadInput, match=r"yaw_rate bears .*, and those of torque run at 0.5 times the speed"):
         read(bag)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from service.cli.command_line import main
-from service.recordings.recording_csv import read
+from service.recordings.reading import read
 from tests.conftest import ROOT
 from tests.service import link
 from tests.service.logs.dive import BOOT, Dive, dive

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from service.cli.command_line import main
-from service.logs.cutting import Cut, EmptyCut, instant
+from service.logs.cutting import Cut, EmptyCut, instant, since_1970
 from service.recordings.archive_reader import ArchiveReader
+from service.recordings.reading import read
 from service.recordings.recording import Recording
-from service.recordings.recording_csv import read, write
+from service.recordings.recording_csv import write
 from tests.service import link
 from tests.service.logs.dive import BOOT, dive, refused
 
@@ -120,3 +121,8 @@ def test_an_archive_is_cut_by_when_its_messages_came() -> None:
     with pytest.raises(EmptyCut, match="spans 0 to 59 s"):
         kept.within(Cut(instant("100")))
     assert kept.within(Cut()) is kept
+
+
+def test_stamps_of_no_calendar_know_no_time_of_day() -> None:
+    assert since_1970(np.array([1.7e9, 1.7e9 + 1.0]), None) == 0.0
+    assert since_1970(np.array([1e16, 1e16 + 2.0]), None) is None

@@ -22,7 +22,7 @@ from rosbags.typesys import Stores, get_typestore
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.logs import open_any
-from service.logs.cdr import RosTypes
+from service.logs.bag_log import RosTypes
 from service.recordings.recording import Recording
 from tests.service import link
 from tests.service.logs.dive import BOOT, EPOCH, dive, read

@@ -77,11 +77,22 @@ def test_an_imu_on_its_side_is_refused_with_the_axis_that_turns(tmp_path: Path, 
     np.testing.assert_allclose(read(bag, cure).streams()["yaw_rate"][1], DIVE.rate)
 
 
-def test_a_dead_column_yields_to_a_living_one(tmp_path: Path) -> None:
-    lines = ["time,yaw_rate,gyro_z,tau"]
-    lines += [f"{t},0,{r},{u}" for t, r, u in zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True)]
+@pytest.mark.parametrize("header", ["time,yaw_rate,gyro_z,tau", "t,yaw_rate,gyro_z,torque"])
+@pytest.mark.parametrize("dead", ["0", "", "0.25"])
+def test_a_dead_column_yields_to_a_living_one(tmp_path: Path, header: str, dead: str) -> None:
+    lines = [header]
+    lines += [f"{t},{dead},{r},{u}" for t, r, u in zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True)]
     (tmp_path / "run.csv").write_text("\n".join(lines), encoding="utf-8")
     np.testing.assert_allclose(read(tmp_path / "run.csv").columns["yaw_rate"], DIVE.rate)
+
+
+def test_marks_of_no_measurement_are_no_second_sender(tmp_path: Path) -> None:
+    marked = DIVE.rate.copy()
+    marked[7::40] = 99.99
+    lines = [f"{t},{r},{u}" for t, r, u in zip(DIVE.time, marked, DIVE.torque, strict=True)]
+    (tmp_path / "run.csv").write_text("\n".join(["time,gyro_z,tau", *lines]), encoding="utf-8")
+    rate = read(tmp_path / "run.csv").streams()["yaw_rate"][1]
+    np.testing.assert_allclose(rate, np.delete(DIVE.rate, np.s_[7::40]))
 
 
 @pytest.mark.parametrize(
@@ -91,8 +102,9 @@ def test_a_dead_column_yields_to_a_living_one(tmp_path: Path) -> None:
         (pushing("/thrust", np.zeros(DIVE.time.size), 0.02)[::10], "torque"),
         (pushing("/thrust", 2.0 * np.sin(0.3 * DIVE.time), 0.02)[::2], "torque"),
         (turning("/imu/data", NOISE, 0.02), "yaw_rate"),
+        (turning("/imu/data", -DIVE.rate, 0.02), "yaw_rate"),
     ],
-    ids=["zeros", "zeros at 2 Hz", "a second controller", "a gimbal"],
+    ids=["zeros", "zeros at 2 Hz", "a second controller", "a gimbal", "a gyro upside down"],
 )
 def test_two_senders_under_one_name_are_refused(tmp_path: Path, second: Messages, name: str) -> None:
     with pytest.raises(BadInput, match=f"{name} alternates between two series of values"):

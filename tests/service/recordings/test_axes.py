@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.axes import AXES, BODY_YAW_RATE
 from service.cli.command_line import main
 from service.config.sources import read as read_config
+from service.inputs.settings import Inputs
+from service.logs.reading import LogDescription
+from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from tests.incsvr.test_coriolis import STEP, wandering
@@ -43,6 +49,27 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     for seed in (1, 2):
         write(folder / f"{seed}.csv", vehicle(seed))
     return [str(folder / "1.csv"), str(folder / "2.csv")]
+
+
+def test_a_log_of_an_axis_keeps_the_names_of_the_body(tmp_path: Path) -> None:
+    """Under names of others, of which a person says four: nothing is called as yaw, and nothing is lost."""
+    whole, path = vehicle(3, 300), tmp_path / "log.csv"
+    renamed = {f"{name}_logged": values for name, values in whole.columns.items()}
+    write(path, replace(whole, columns=renamed))
+    said = ("sway", "sway_force", "yaw_rate", "heading")
+    columns = tuple(f"{name}={name}_logged" for name in said)
+    found = Reading(LogDescription(columns, Inputs()), axis=AXES["sway"], learns=False).of_one(path)
+    assert set(found.columns) == set(said)
+    for name in said:
+        np.testing.assert_array_equal(found.columns[name], whole.columns[name])
+    assert found.places["sway_force"] == "sway_force_logged"
+    heard = found.streams()
+    assert set(heard) == {"yaw_rate", "torque", BODY_YAW_RATE}
+    np.testing.assert_array_equal(heard["yaw_rate"][1], whole.columns["sway"])
+    with pytest.raises(BadInput, match="--column sway=nothing: there is no nothing"):
+        Reading(LogDescription(("sway=nothing", "sway_force=sway_force_logged"), Inputs()), axis=AXES["sway"]).of_one(
+            path
+        )
 
 
 def test_coriolis_is_traced_in_sway_in_newtons(files: list[str], capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 from service.cli.command_line import main
-from service.recordings.recording import Streams, from_streams
+from service.recordings.recording import from_streams
 from service.recordings.recording_csv import write
 from service.recordings.samples_from_recording import remarks_of, signals_for
 
