@@ -202,13 +202,19 @@ def identify(
     return Identification(result, alone, effects, base.reliability, models, excluded)
 
 
-def leaving(found: Identification, names: Mapping[str, str]) -> Identification:
-    """The identification without some of its effects, by name why; what remains is fitted anew, and completed."""
+def leaving(found: Identification, names: Mapping[str, str], more: bool) -> Identification:
+    """The identification without some of its effects, by name why; what remains is fitted anew.
+
+    Args:
+        more: whether the search goes on without them, as it may where free runs judge what it adds.
+    """
     was = found.found
     kept = tuple(each for each in was.added if each.name not in names)
     because = {name: why for name, why in was.refused.items() if not any(one in why for one in names)}
     begun = Found(remaining(found, names), kept, {**because, **names})
-    result = search(Predictor(found.base, found.reliability), found.effects, begun=begun)
+    result = begun
+    if more:
+        result = search(Predictor(found.base, found.reliability), found.effects, begun=begun)
     models = _simulators(found.models["plain"], result)
     return replace(
         found, found=result, models=models, excluded=excluded_free_runs(models, was.fit.problem.windows.runs)

@@ -171,12 +171,12 @@ def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
         elif len(late) == 2 and _only_smooth([each for _, each in late]):
             lost += late
         why = NO_SIZE
-        if not lost and not traced.closed and not _better(traced, EFFECTS):
+        if not lost and not traced.closed and not any(_better(traced, name) for name in (EFFECTS, f"{EFFECTS}{FREE}")):
             lost, why = [pairs[-1]], NO_GAIN
         if not lost:
             break
         hidden += [RejectedEffect(each.effect, each.p_value, why, refused=True) for _, each in lost]
-        traced = replace(traced, found=leaving(traced.found, {one.name: why for one, _ in lost}))
+        traced = replace(traced, found=leaving(traced.found, {one.name: why for one, _ in lost}, not traced.closed))
     return traced, hidden
 
 
@@ -206,7 +206,7 @@ def _better(
 ) -> bool:
     """Whether free runs of excluded data are better with a simulator than with the plain one."""
     errors = traced.found.excluded
-    return float(errors[name][0]) < (1.0 - least) * float(errors[PLAIN][0])
+    return name in errors and float(errors[name][0]) < (1.0 - least) * float(errors[PLAIN][0])
 
 
 def _rejected(traced: Traced, hidden: Sequence[RejectedEffect]) -> list[RejectedEffect]:
