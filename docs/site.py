@@ -129,7 +129,7 @@ def reference(outline: bool = False) -> dict[str, str]:
         listed.append(f"- [{room}]({room}.md): {summary(room)}")
     head = (
         "# API reference\n\nFrom the docstrings. `incsvr` holds the mathematics: arrays in, arrays out, in SI units; "
-        "equations are those of [the paper](../paper.md).\n\n"
+        "equations are those of [the paper](../learner.md).\n\n"
     )
     return pages | {"reference/index.md": head + "\n".join(listed) + "\n"}
 

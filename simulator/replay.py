@@ -44,7 +44,7 @@ def add_player_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--patient",
         action="store_true",
-        help="pause while the learner traces, so that it traces as often on a slow machine as on a fast one",
+        help="pause while the learner traces, so that the ledger is the same at any speed",
     )
     parser.add_argument("--wait", type=float, default=30.0, help="how long to wait for a learner [s] (default 30)")
 

@@ -85,8 +85,8 @@ class EffectsPage:
                 low, high = intervals.get(key) or (value, value)
                 for line, number, title, colour in (
                     ("estimate", value, "Estimate", LIGHT.new),
-                    ("low", low, "95 % from", LIGHT.discarded),
-                    ("high", high, "to", LIGHT.discarded),
+                    ("low", low, "95 %, lower end", LIGHT.discarded),
+                    ("high", high, "95 %, upper end", LIGHT.discarded),
                 ):
                     self._rec.line(f"{path}/{line}", title, colour)
                     self._rec.log(f"{path}/{line}", rr.Scalars(float(number)))

@@ -26,16 +26,19 @@ from service.bus.session import free_endpoint
 from viewer.report.drawing import AFTER, BEFORE, MEASURED, STYLE
 from viewer.screen import Screen
 
-ITERATIONS = (1, 15, 22)
-"""Iterations whose page Learning is drawn."""
+ITERATION = 15
+"""The iteration whose page Learning is drawn: the cover has just been mounted."""
 PAGE_ITERATION = 21
-"""At which the picture of `incsvr page` is taken: seven after the hull was mounted."""
+"""At which the picture of `incsvr page` is taken: seven after the cover was mounted."""
 PAGE_SIZE = "1150,800"
 ITERATION_TIMEOUT_S = 120.0
-RUNS = {"without the hull": ("T1", BEFORE), "with the hull": ("T2", AFTER)}
+RUNS = {"without the cover": ("T1", BEFORE), "with the cover": ("T2", AFTER)}
 """The runs that the demo leaves beside its recording, and their colours."""
 INERTIA = 350.0
 """Leng's, as the demo declares it [kg m²]."""
+LOGS = Path("docs/logs")
+"""The logs that come along, which the tutorial on a notebook reads."""
+DPI = 150
 RATE_BINS = 14
 """Bins of the yaw rate for the means of the samples."""
 
@@ -46,13 +49,12 @@ def main(recording: Path, folder: Path) -> int:
         if not recording.is_file():
             raise BadInput(f"{recording}: there is no such recording; `make demo` makes one")
         with Screen(recording) as screen:
-            for iteration in ITERATIONS:
-                screen.show("Learning", iteration)
-                screen.save(folder / f"iteration-{iteration:02d}.png")
-            for page in ("Before and after", "Signals", "Effects"):
-                screen.show(page)
-                screen.save(folder / f"{page.lower().replace(' ', '-')}.png")
-        draw_hull(recording.parent, folder / "hull.png")
+            screen.show("Learning", ITERATION)
+            screen.save(folder / f"iteration-{ITERATION:02d}.png")
+            screen.show("Before and after")
+            screen.save(folder / "before-and-after.png")
+        draw_cover(recording.parent, folder / "cover.png")
+        draw_notebook(LOGS, folder)
         draw_page(folder / "page.png")
     except BadInput as error:
         print(f"pictures: {error}", file=sys.stderr)
@@ -60,8 +62,15 @@ def main(recording: Path, folder: Path) -> int:
     return 0
 
 
-def draw_hull(folder: Path, picture: Path) -> None:
-    """The damping of the demo's vehicle without its hull and with it, and the difference.
+def draw_notebook(logs: Path, folder: Path) -> None:
+    """What the cells of the tutorial on a notebook draw: the damping with its doubt, and a free run on unseen data."""
+    run, unseen, inertia = logs / "rov.csv", logs / "rov_2.csv", 0.6
+    incsvr.fit(run, validate=unseen, inertia=inertia).plot().savefig(folder / "damping.png", dpi=DPI)
+    incsvr.trace(run, validate=unseen, inertia=inertia).plot().savefig(folder / "free_run.png", dpi=DPI)
+
+
+def draw_cover(folder: Path, picture: Path) -> None:
+    """The damping of the demo's vehicle without the cover and with it, and the difference.
 
     Each of the runs `T1.csv` and `T2.csv` of the folder is learned by itself, as `incsvr fit` does it.
 
@@ -71,8 +80,8 @@ def draw_hull(folder: Path, picture: Path) -> None:
     learned = {name: _learned(folder / f"{run}.csv") for name, (run, _) in RUNS.items()}
     fastest = min(max(abs(end) for end in each.model.trained_range or (0.0, 0.0)) for each in learned.values())
     rate: Array = np.linspace(0.0, fastest, 201, dtype=np.float64)
-    with rc_context(STYLE | {"savefig.dpi": 150, "font.size": 11}):
-        figure = Figure(figsize=(11.0, 4.4), layout="constrained")
+    with rc_context(STYLE | {"savefig.dpi": DPI, "font.size": 13, "legend.fontsize": 12}):
+        figure = Figure(figsize=(10.0, 4.4), layout="constrained")
         left, right = figure.subplots(1, 2)
         _curves(left, rate, learned)
         _difference(right, rate, learned)
@@ -100,7 +109,7 @@ def _curves(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
 
 
 def _difference(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
-    """By how much samples and curve with the hull lie above those without it."""
+    """By how much samples and curve with the cover lie above those without it."""
     edges: Array = np.linspace(0.0, rate[-1], RATE_BINS + 1, dtype=np.float64)
     means, errors = zip(*(_means(each, edges) for each in learned.values()), strict=True)
     middle, doubt = (edges[1:] + edges[:-1]) / 2.0, 1.96 * np.hypot(*errors)
@@ -110,7 +119,7 @@ def _difference(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> Non
     curves = [_both_ways(each, rate) for each in learned.values()]
     axes.plot(rate, curves[1] - curves[0], color=AFTER, linewidth=2.4, label="learned curves")
     axes.axhline(0.0, color=BEFORE, linewidth=1.2)
-    axes.set(ylabel="Damping that the hull adds [N m]", title="What the hull adds")
+    axes.set(ylabel="Damping that the cover adds [N m]", title="What the cover adds")
 
 
 def _means(learned: FitPictures, edges: Array) -> tuple[Array, Array]:

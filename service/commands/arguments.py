@@ -33,14 +33,14 @@ def add_recordings_arguments(parser: argparse.ArgumentParser, unseen: str, inert
     parser.add_argument("--inertia", metavar="I", help=inertia)
 
 
-VEHICLE_HELP = "use the mass matrix of this vehicle file (`incsvr identify --write`) and, where it has one, its weight"
+VEHICLE_HELP = "take mass matrix and weight from this vehicle file (`incsvr identify --write`)"
 
 
 def add_configuration_arguments(parser: argparse.ArgumentParser, takes: Collection[str], vehicle: str = "") -> None:
     """Adds `--set` for the values `takes` of the configuration, and `--vehicle` where there is a help for it."""
     if vehicle:
         parser.add_argument("--vehicle", type=Path, metavar="FILE", help=vehicle)
-    add_set_argument(parser, f"one value of the configuration, over --config: of {one_of(tuple(takes))}")
+    add_set_argument(parser, f"one value, over --config: of {one_of(tuple(takes))}")
 
 
 def add_sign_argument(parser: argparse.ArgumentParser) -> None:

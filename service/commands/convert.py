@@ -10,16 +10,13 @@ from incsvr.errors import BadInput
 from service.cli.output import add_json_argument, emit, refuse_unwritable, writing
 from service.config.sources import read as read_config
 from service.logs.cutting import ARMED_CHANNEL
-from service.logs.dives import DIVE_RULE
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, sequence
 from service.recordings.recording_csv import write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help=f"logs of any format, then the CSV to write; {DIVE_RULE}"
-    )
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="logs of any format, then the CSV to write")
     add_log_arguments(parser, config=True, axis=False)
     add_json_argument(parser)
 

@@ -45,9 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", metavar="DIR", type=Path, default=Path("out"), help="folder of the recording (default out)")
     add("--speed", type=float, default=25.0, help="speed over the vehicle's own (default 25)")
     add("--seed", type=int, default=1, help="selects the effect of the third act (default 1)")
-    log = "write a log of five minutes of a simulated vehicle, to try fit and trace on, and run no experiment"
+    log = "only write a log of five minutes of a simulated vehicle, to try fit and trace on"
     add("--log", metavar="FILE.csv", type=destination, help=log)
-    of = "vehicle of --log: leng turns about yaw, the others move along several axes, to try identify on (default leng)"
+    of = "vehicle of --log: leng turns about yaw, the others move along several axes (default leng)"
     add("--log-of", choices=("leng", "rov", "torpedo", "boat"), help=of)
     add_json_argument(parser)
 
@@ -113,8 +113,8 @@ def _demo(out: Path, speed: float, seed: int, people: TextIO) -> dict[str, Any]:
         settings = (word for name, value in values.items() for word in ("--set", f"{name}={value}"))
         learner = _start(stack, out, "serve", *settings)
         _wait(lambda: "ready: " in (out / "serve.log").read_text(encoding="utf-8"), out, serve=learner)
-        said = f"Leng is played {speed:g} times as fast. The hull is mounted at {hull:.0f} s; after {third:.0f} s the\n"
-        said += "simulator switches on an effect that its seed selects, at a hidden instant.\n"
+        said = f"Leng is played {speed:g} times as fast. The cover is mounted at {hull:.0f} s; after {third:.0f} s\n"
+        said += "the simulator switches on an effect that its seed selects, at a hidden instant.\n"
         say = partial(print, file=people, flush=True)
         say(said)
         bus = stack.enter_context(bus_client(Config(bus=Bus(connect=endpoint)), TIMEOUT_S))
@@ -205,7 +205,7 @@ def _checked(recording: Path) -> dict[str, Any]:
 def _summary(result: Mapping[str, Any], out: Path) -> str:
     lines = ["", *verdict(result["underway"]), ""]
     errors = [f"{each['mae']:.2f} N m on {each['validation']}" for each in result["served"]]
-    lines.append(f"mean absolute error without and with the hull: {', '.join(errors)}")
+    lines.append(f"mean absolute error without and with the cover: {', '.join(errors)}")
     refused = ", ".join(f"{count} {name.removeprefix('rejected:')}" for name, count in result["rejected"].items())
     lines.append(f"rejected: {refused or 'nothing'}")
     if file := result["recording"]:

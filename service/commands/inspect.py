@@ -33,7 +33,7 @@ from service.inputs.table import Table, Topic
 from service.inputs.units import si_unit, units_of
 from service.logs.candidates import in_degrees, refuse_without_numbers
 from service.logs.cutting import Cut
-from service.logs.dives import DIVE_RULE, one_dive
+from service.logs.dives import one_dive
 from service.logs.reading import LogDescription, cut_log, describe, read, writing_times
 from service.recordings.reading import add_log_arguments
 
@@ -47,7 +47,7 @@ STAMP_FIELDS = ("timestamp", "TimeUS", "time_boot_ms", "time_usec", "header.stam
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "files", nargs="*", type=Path, metavar="FILE", help=f"a log, or the folder of a bag; {DIVE_RULE}"
+        "files", nargs="*", type=Path, metavar="FILE", help="a log, the folder of a bag, or the files of one dive"
     )
     parser.add_argument("--bus", action="store_true", help="inspect the vehicle's bus instead of a log")
     parser.add_argument(

@@ -155,7 +155,7 @@ class Signals(Section):
         default=None,
         gt=0.0,
         lt=5.0,
-        description="longest pause that is bridged [s], at most 2 smoothing; null follows the streams",
+        description="longest pause that is bridged [s], at most twice signals.smoothing; null: as the streams need",
     )
     torque: TorqueKind | None = Field(
         default=None,
@@ -190,7 +190,7 @@ class Learner(Section):
         default=("yaw_rate",),
         min_length=1,
         max_length=6,
-        description="velocities that damping is learned over, the axis's own first; docs/several_velocities.md",
+        description="velocities that damping is learned over, the axis's own first; docs/learner.md",
     )
     fastest: dict[Name, Positive] = Field(
         default={}, description="largest value of a further input, its scale; else the largest that was driven"
@@ -211,7 +211,7 @@ class Learner(Section):
 
 
 class HealthLimits(Section):
-    """The limit of silence in health, and its further key."""
+    """When a silent stream is stale, and where health is published for ROS 2."""
 
     stale_after: Seconds = Field(default=2.0, description="silence of a stream that makes health STALE [s], wall time")
     diagnostics: str | None = Field(
@@ -227,7 +227,7 @@ class HealthLimits(Section):
 
 
 class Tracing(Section):
-    """Whether the learner traces what its model lacks by itself, in a process beside it."""
+    """Whether a process beside the learner traces what its model lacks."""
 
     live: Literal["off", "advise", "adopt"] = Field(
         default="off",
@@ -256,7 +256,7 @@ class Tracing(Section):
 
 
 class Archive(Section):
-    """Whether all that comes in and goes out is kept, as MCAP files."""
+    """Where all messages are kept, as MCAP files."""
 
     directory: Path | None = Field(default=None, description="folder of the archives; null: no archive")
     most_mb: int = Field(

@@ -75,7 +75,9 @@ class Armed(Section):
     bit: int | None = Field(default=None, description="armed where this bit of it is set, such as 128")
     equals: float | None = Field(default=None, description="armed where it has this value; else where it is not zero")
     disarmed: float | None = Field(default=None, description="with equals: not armed where it has this value alone")
-    events: bool = Field(default=False, description="it is sent on change alone: not armed before the first message")
+    events: bool = Field(
+        default=False, description="the state is sent only when it changes: not armed before the first"
+    )
     stamp: str = Field(default="", description=STAMP_DESCRIPTION)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
     form: Form = Field(default="json", description="of a message on the bus: json, keelson, incsvr, cdr:<type>")
@@ -160,7 +162,7 @@ class Thrusters(Section):
         "newtons",
     )
     full: float = Field(
-        default=1.0, gt=0.0, description="N at full command, or N s²/rad² of K₁ω|ω| where the curve is quadratic"
+        default=1.0, gt=0.0, description="thrust at full command [N]; of rpm and rad/s K₁ of K₁ω|ω| [N s²/rad²]"
     )
     inflow: float = Field(default=0.0, description="K₂ of K₂v|ω| [N s²/(m rad)], with v the channel surge")
     voltage: float | None = Field(
@@ -235,7 +237,8 @@ class Inputs(Section):
         default={}, description="parameters of the vehicle, such as FRAME_CONFIG, where it does not send them"
     )
     velocity_frame: Literal["body", "north_east", "east_north"] = Field(
-        default="body", description="what surge and sway of a log count along; turned into the body by its heading"
+        default="body",
+        description="axes of a log's surge and sway: body, or north and east, turned into the body by the heading",
     )
     velocity_place: Vector = Field(
         default=(0.0, 0.0, 0.0),

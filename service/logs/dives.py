@@ -134,8 +134,7 @@ MAX_PAUSE_S = 600.0
 MAX_OVERLAP_S = 1.0
 """The time by which parts may overlap [s]: a recorder that changes its file writes some messages late."""
 DIVE_RULE = (
-    "a folder, or files that continue each other within ten minutes, are one dive, read as one log in the order of "
-    "time; other files are separate runs"
+    "a folder, or files that continue each other within ten minutes, are one dive; other files are separate runs"
 )
 """The rule by which files are one dive, for `--help`."""
 

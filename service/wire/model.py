@@ -56,7 +56,7 @@ class OverSeveral(Form):
     """The fields of a model over several velocities beside its vectors.
 
     With uᵢ = νᵢ/fastestᵢ and κ over u times the first of `fastest`, d(ν) = Σ dragⱼ φⱼ(u) + Σ weightⱼ κ₀(νⱼ, ν), where
-    κ₀(x, z) = κ(x, z) − κ(x, 0) κ(0, z), φ are the terms of docs/several_velocities.md, and of the further velocities
+    κ₀(x, z) = κ(x, z) − κ(x, 0) κ(0, z), φ are the terms of docs/learner.md, and of the further velocities
     none counts as faster than the fastest vector.
     """
 

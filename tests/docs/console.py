@@ -1,7 +1,8 @@
 """The blocks of a page that are run: ```console and ```python. They run in their order, in one empty directory.
 
 Lines `$ …` of a console are commands, with what they print below them; `| head -n 3` and `| tail -n 3` show a part of
-it. What Python prints is in a block ```text below it. The logs of docs/logs are there.
+it. The Python blocks of a page are one notebook: a name lives on in the blocks below. What a block prints is in a block
+```text below it. The logs of docs/logs are there.
 
 A learner whose command ends in `&` runs beside the others until the page ends. The bus is on a free port; the pages
 tell the usual one.
@@ -9,6 +10,7 @@ tell the usual one.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shlex
@@ -18,6 +20,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from threading import Event
 
@@ -32,16 +35,27 @@ PAGES = (
     "README.md",
     "docs/tutorial-log.md",
     "docs/tutorial-vehicle.md",
-    "docs/tutorial-gazebo.md",
+    "docs/tutorial-notebook.md",
+    "docs/tutorial-simulator.md",
     "docs/python.md",
-    "docs/casadi.md",
 )
+END = "the block has ended"
+NOTEBOOK = f"""
+import json, sys
+
+names = {{"__name__": "__main__"}}
+for line in sys.stdin:
+    exec(compile(json.loads(line), "a block of the page", "exec"), names)
+    print("{END}", flush=True)
+"""
 BLOCK = re.compile(r"^```(console|python)\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 PATIENCE = 30.0
 """How long a learner may take to start [s]."""
 WALL = re.compile(r", in \d+(?:\.\d+)? s$")
 """How long something took here, at the end of a line."""
+WAITING = re.compile(r"incsvr: .*, \d+ s")
+"""A line of progress, which a command prints every 30 s: only on a busy machine does one of the pages take as long."""
 CLOSE = 0.03
 """Part by which a printed figure may differ on another machine, whose BLAS rounds otherwise."""
 
@@ -60,7 +74,7 @@ def printed(page: Path, folder: Path) -> str:
                 ran = "".join(f"$ {command}\n{shell.run(command)}" for command in commands(body))
                 parts.append(f"```console\n{ran}```\n")
             else:
-                output = shell.printed_by([sys.executable, "-c", body])
+                output = shell.cell(body)
                 parts.append(f"```python\n{body}```\n" + (f"\n```text\n{output}```\n" if output else ""))
             end = block.end()
     return "".join([*parts, text[end:]])
@@ -78,6 +92,33 @@ class Shell:
     folder: Path
     endpoint: str
     beside: ExitStack
+
+    @cached_property
+    def _notebook(self) -> subprocess.Popen[str]:
+        """The Python in which the blocks of the page run, one after the other, until the page ends."""
+        process = subprocess.Popen(
+            [sys.executable, "-c", NOTEBOOK],
+            cwd=self.folder,
+            env=self._settings,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        return self.beside.enter_context(process)  # which ends with its standard input
+
+    def cell(self, block: str) -> str:
+        """What a block of Python prints, on either output."""
+        asked, answered = self._notebook.stdin, self._notebook.stdout
+        assert asked is not None
+        assert answered is not None
+        print(json.dumps(block), file=asked, flush=True)
+        lines: list[str] = []
+        for line in answered:
+            if line == f"{END}\n":
+                return _without_waiting("".join(lines))
+            lines.append(line)
+        raise AssertionError(f"{block}\n{''.join(lines)}")
 
     def run(self, command: str) -> str:
         """What a command prints; nothing where it is a learner that runs beside the others, once it can be asked."""
@@ -109,8 +150,7 @@ class Shell:
             check=False,
         )
         assert ran.returncode == 0, f"{shlex.join(words)}: {ran.stdout}"
-        text = ran.stdout.replace(self.endpoint, Bus().listen)
-        return "\n".join(line.rstrip() for line in text.splitlines()) + "\n" * bool(text)
+        return _without_waiting(ran.stdout.replace(self.endpoint, Bus().listen))
 
     def _words(self, command: str) -> list[str]:
         """A command as it is run here: our own program, our own Python, and scripts that stand beside the page."""
@@ -131,6 +171,11 @@ class Shell:
             "COLUMNS": "120",
             "OPENBLAS_NUM_THREADS": "1",
         }
+
+
+def _without_waiting(text: str) -> str:
+    """What was printed, without lines of progress and spaces at the ends of lines."""
+    return "".join(f"{line.rstrip()}\n" for line in text.splitlines() if not WAITING.fullmatch(line))
 
 
 def differs(told: str, now: str) -> str | None:

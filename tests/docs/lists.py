@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from incsvr.model.rows import Factor, row
@@ -39,7 +40,7 @@ def generated(page: str, text: str) -> str:
 
 
 def configuration() -> str:
-    """The configuration's values in tables, one for each section."""
+    """The configuration's values, one list for each section."""
     top, sections = [], []
     for name, field in Config.model_fields.items():
         if isinstance(field.default, BaseModel):
@@ -48,21 +49,37 @@ def configuration() -> str:
         else:
             top.append(name)
     sections += [_section(kind, ["inputs", name]) for name, kind in ENTRIES_OF_INPUTS.items()]
-    return f"## At the top\n\n{_table(Config, [], top)}\n\n" + "\n\n".join(sections)
+    return f"## At the top\n\n{_values(Config, [], top)}\n\n" + "\n\n".join(sections)
 
 
 def _section(kind: type[BaseModel], above: list[str]) -> str:
-    return f"## {'.'.join(above)}\n\n{_first(kind)}\n\n{_table(kind, above)}"
+    shared = [name for name, field in kind.model_fields.items() if kind is not Source and _like_a_sources(name, field)]
+    names = [name for name in kind.model_fields if name not in shared]
+    as_there = f"\n- {', '.join(f'`{name}`' for name in shared)}: as of `inputs.yaw_rate`" if shared else ""
+    return f"## {'.'.join(above)}\n\n{_first(kind)}\n\n{_values(kind, above, names)}{as_there}"
 
 
-def _table(kind: type[BaseModel], above: list[str], names: list[str] | None = None) -> str:
-    rows = ["| name | default | what |", "|---|---|---|"]
-    for name, field in kind.model_fields.items():
-        if names is None or name in names:
-            default = "needed" if field.default is PydanticUndefined else f"`{_written(field.default)}`"
-            what = f"{field.description or ''}{_bounds(field.metadata)}".replace("|", "\\|").replace("<", "&lt;")
-            rows.append(f"| `{'.'.join([*above, name])}` | {default} | {what} |")
-    return "\n".join(rows)
+def _like_a_sources(name: str, field: FieldInfo) -> bool:
+    """Whether the form of the yaw rate has the value, too, with the same default and the same words."""
+    other = Source.model_fields.get(name)
+    return other is not None and (other.description, other.default) == (field.description, field.default)
+
+
+def _values(kind: type[BaseModel], above: list[str], names: list[str]) -> str:
+    lines = []
+    for name in names:
+        field = kind.model_fields[name]
+        default = ", needed" if field.default is PydanticUndefined else f" = `{_written(field.default)}`"
+        what = f"{field.description or ''}{_short(_bounds(field.metadata))}".replace("<", "&lt;")
+        lines.append(f"- `{'.'.join([*above, name])}`{default}: {what}")
+    return "\n".join(lines)
+
+
+def _short(bounds: str) -> str:
+    """Bounds in signs: (above 0, at most 10) → (>0, ≤10)."""
+    for words, sign in (("above ", ">"), ("below ", "<"), ("at least ", "≥"), ("at most ", "≤")):
+        bounds = bounds.replace(words, sign)
+    return bounds
 
 
 def _written(value: Any) -> str:
@@ -77,8 +94,14 @@ def _first(kind: type[BaseModel]) -> str:
     return (kind.__doc__ or "").partition("\n")[0]
 
 
-COMMON_FLAG_COMMANDS = 3
+COMMON_FLAG_COMMANDS = 2
 """A flag that so many commands have in the same words is described once, in those that most of them have."""
+
+GROUPS_OF_FLAGS = {
+    "bus": ("--config", "--connect", "--prefix", "--set"),
+    "log": ("--preset", "--column", "--system", "--from", "--to"),
+}
+"""Flags that go together, by the name that stands for them."""
 
 
 def commands() -> str:
@@ -86,31 +109,41 @@ def commands() -> str:
     found = whole_parser().commands
     rows = {parser: _rows(parser) for command in found.values() for parser in (command, *command.commands.values())}
     times = Counter(row for each in rows.values() for row in each)
-    flags = {row: flag for each in rows.values() for row, flag in each.items() if flag.startswith("--")}
+    flags = {
+        row: flag
+        for each in rows.values()
+        for row, flag in each.items()
+        if flag.startswith("--") or flag == "RECORDING"
+    }
     usual = {flag: row for row, flag in sorted(flags.items(), key=lambda each: times[each[0]])}
     common = {row: flag for row, flag in flags.items() if usual[flag] == row and times[row] >= COMMON_FLAG_COMMANDS}
     parts = []
     for name, command in found.items():
-        about = f"## {name}\n\n{command.description}\n\n```\n{command.example}\n```"
+        about = f"## {name}\n\n{command.description} `{command.example}`"
         parts += [about, *_flags(rows[command], common)]
         for inner, below in command.commands.items():
             parts += [f"### {name} {inner}", *_flags(rows[below], common)]
-    return "\n\n".join([*parts, "## Flags of several commands", "\n".join([HEAD, *common])])
-
-
-HEAD = "| | |\n|---|---|"
+    groups = "\n".join(f"- *{name}*: {_named(flags)}" for name, flags in GROUPS_OF_FLAGS.items())
+    return "\n\n".join([*parts, "## Flags of several commands", groups, "\n".join(common)])
 
 
 def _flags(rows: Mapping[str, str], common: Mapping[str, str]) -> Iterator[str]:
-    """The table of a command's own flags, and the names of those that others have as well."""
+    """The list of a command's own flags, and the names of those that others have as well."""
     if own := [row for row in rows if row not in common]:
-        yield "\n".join([HEAD, *own])
+        yield "\n".join(own)
     if shared := [flag for row, flag in rows.items() if row in common]:
-        yield f"[Also](#flags-of-several-commands): {', '.join(f'`{flag}`' for flag in shared)}."
+        groups = {name: flags for name, flags in GROUPS_OF_FLAGS.items() if set(flags) <= set(shared)}
+        rest = [flag for flag in shared if not any(flag in flags for flags in groups.values())]
+        also = " ".join([*(f"*{name}*" for name in groups), *([_named(rest)] if rest else [])])
+        yield f"[Also](#flags-of-several-commands): {also}."
+
+
+def _named(flags: Iterable[str]) -> str:
+    return " ".join(f"`{flag}`" for flag in flags)
 
 
 def _rows(parser: Parser) -> dict[str, str]:
-    """Row of the table → name of the flag."""
+    """Line of the list → name of the flag."""
     rows = {}
     for action in parser._actions:
         if isinstance(action, argparse._HelpAction | argparse._SubParsersAction):
@@ -120,7 +153,7 @@ def _rows(parser: Parser) -> dict[str, str]:
         flags = ", ".join(action.option_strings)
         shown = flags if action.nargs == 0 else f"{flags} {values}".strip()
         text = (action.help or "") % {"default": action.default, "prog": parser.prog}
-        rows[f"| `{shown}` | {text} |"] = flags or values
+        rows[f"- `{shown}`{text and f': {text}'}"] = flags or values
     return rows
 
 
@@ -145,15 +178,14 @@ def effects() -> str:
 
 
 def _effects(kinds: Iterable[str]) -> str:
-    head = "| effect | what happens, its equation and parameters | data that show it |\n|---|---|---|"
-    return "\n".join([head, *(_effect(kind, WORDS[kind]) for kind in kinds)])
+    return "\n".join(_effect(kind, WORDS[kind]) for kind in kinds)
 
 
 def _effect(kind: str, word: Word) -> str:
     parameters = ", ".join(f"`{name}`" for name in word.parameters(_Ones(), HERE))
-    what = "<br>".join((_capital(word.sentence), word.equation, parameters))
-    texts = (f"`{word.effect.format(of=OF.get(kind, 'CHANNEL'))}`", what, _capital(word.shown_by))
-    return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
+    name = word.effect.format(of=OF.get(kind, "CHANNEL"))
+    what = f"{_capital(word.sentence)}.<br>{word.equation}<br>{parameters}; needs {YAW_WORDS.fill(word.shown_by)}"
+    return f"- `{name}`: {what}"
 
 
 class _Ones(dict[str, Any]):

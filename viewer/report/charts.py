@@ -52,7 +52,7 @@ def draw_damping(figure: Figure, curves: Sequence[Curve], rate: Array, damping: 
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(5, 1))
     dots(above, rate, damping, color="#5b6773", markersize=2.5, alpha=0.45, label="samples", zorder=3)
     centre, low, _, high = binned(rate, damping, edges(rate), BAND_SHARE)
-    above.fill_between(centre, low, high, color="#9aa5b1", alpha=0.22, linewidth=0, label="90 % of them")
+    above.fill_between(centre, low, high, color="#9aa5b1", alpha=0.22, linewidth=0, label="90 % of the samples")
     for curve in curves:
         here = driven(curve.rate, rate)
         shown = np.where(here, curve.damping, np.nan)

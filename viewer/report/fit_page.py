@@ -112,7 +112,7 @@ def learned_curve(pictures: FitPictures) -> Curve:
     model = pictures.model
     rate = np.linspace(*(model.trained_range or (0.0, 0.0)), 201)
     learned = model.predict(rate)
-    return Curve("learned, with its 95 %", rate, learned.damping, AFTER, "-", NORMAL_95 * learned.doubt)
+    return Curve("learned, with its 95 % interval", rate, learned.damping, AFTER, "-", NORMAL_95 * learned.doubt)
 
 
 def _errors(result: Mapping[str, Any], axis: Axis) -> str:

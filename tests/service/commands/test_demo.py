@@ -51,7 +51,9 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
     ledgers = every(tmp_path / "leng.rrd", "TextDocument:text", "/effects/ledger")
     assert any("## Torque saturation (proven)" in ledger for ledger in ledgers)
     assert (
-        said.index("The hull is mounted") < said.index("iteration 25, ") < said.index("Ground truth: torque_saturation")
+        said.index("The cover is mounted")
+        < said.index("iteration 25, ")
+        < said.index("Ground truth: torque_saturation")
     )
     assert not still_running(str(tmp_path))
 
@@ -84,7 +86,7 @@ def test_ctrl_c_ends_the_demo_and_all_it_started(tmp_path: Path) -> None:
     )
     assert process.stdout is not None
     with process:
-        assert b"The hull is mounted" in process.stdout.readline()
+        assert b"The cover is mounted" in process.stdout.readline()
         assert still_running(str(tmp_path))
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=PATIENCE)

@@ -1,4 +1,4 @@
-"""What docs/bus.md says is so: its client runs as it stands, and its payloads are those of the learner."""
+"""What docs/bus.md says is so: its clients run as they stand, and its payloads are those of the learner."""
 
 from __future__ import annotations
 
@@ -23,21 +23,18 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 PAGE = (DOCS / "bus.md").read_text(encoding="utf-8")
 LIVE = (DOCS / "live.md").read_text(encoding="utf-8")
 CONTROL = (DOCS / "control.md").read_text(encoding="utf-8")
-CLIENT, FOLLOWER = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+CLIENT = DOCS / "client.py"
 PAYLOADS = re.findall(r"```json\n(.*?)```", PAGE, re.DOTALL)
 
 
 def test_the_client_of_twenty_lines_runs(endpoint: str, tmp_path: Path) -> None:
-    code = [line for line in CLIENT.splitlines() if line.strip() and not line.startswith(("import", "from"))]
-    assert len(code) <= 20
-    (tmp_path / "client.py").write_text(CLIENT, encoding="utf-8")
+    lines = CLIENT.read_text(encoding="utf-8").splitlines()
+    assert sum(bool(line.strip()) and not line.startswith(("import", "from", '"""')) for line in lines) <= 20
     with client_after(endpoint, tmp_path / "state") as (_, session, _alive):
         models = following(session)
         teach(session, KEYS, 9, 0, 35)
         model = next_model(models)
-        ran = subprocess.run(
-            [sys.executable, tmp_path / "client.py", endpoint], capture_output=True, text=True, check=True
-        )
+        ran = subprocess.run([sys.executable, CLIENT, endpoint], capture_output=True, text=True, check=True)
     health, damping = ran.stdout.splitlines()
     assert "'streams': {'yaw_rate': {'received': " in health
     assert f"'revision': {model.revision}" in damping
@@ -45,8 +42,7 @@ def test_the_client_of_twenty_lines_runs(endpoint: str, tmp_path: Path) -> None:
 
 
 def test_the_client_that_joins_late_has_the_latest_model_and_then_the_next(endpoint: str, tmp_path: Path) -> None:
-    (tmp_path / "follower.py").write_text(FOLLOWER, encoding="utf-8")
-    command = [sys.executable, str(tmp_path / "follower.py"), endpoint]
+    command = [sys.executable, str(DOCS / "follow.py"), endpoint]
     with client_after(endpoint, tmp_path / "state") as (_, session, _alive):
         models = following(session)
         teach(session, KEYS, 9, 0, 35)
@@ -91,17 +87,16 @@ def test_the_payloads_are_those_of_the_learner(position: int, form: type[wire.Fo
 
 
 def test_the_page_for_control_asks_and_shows_what_the_learner_answers(endpoint: str, tmp_path: Path) -> None:
-    (code,), (shown,) = (re.findall(rf"```{kind}\n(.*?)```", CONTROL, re.DOTALL) for kind in ("python", "json"))
-    assert set(json.loads(shown)) == set(wire.FeedforwardReply.model_fields)
-    wire.decode(wire.FeedforwardReply, shown.encode())
-    (tmp_path / "plan.py").write_text(code, encoding="utf-8")
+    answers = re.findall(r"```json\n(.*?)```", CONTROL, re.DOTALL)
+    forms: tuple[type[wire.Form], ...] = (wire.FeedforwardReply, wire.ForecastReply)
+    for shown, form in zip(answers, forms, strict=True):
+        assert set(json.loads(shown)) == set(form.model_fields)
+        wire.decode(form, shown.encode())
     with client_after(endpoint, tmp_path / "state") as (_, session, _alive):
         models = following(session)
         teach(session, KEYS, 9, 0, 35)
         next_model(models)
-        ran = subprocess.run(
-            [sys.executable, tmp_path / "plan.py", endpoint], capture_output=True, text=True, check=True
-        )
+        ran = subprocess.run([sys.executable, DOCS / "plan.py", endpoint], capture_output=True, text=True, check=True)
     torque = json.loads(ran.stdout[: ran.stdout.index("]") + 1])
     assert len(torque) == 4
     assert torque[1] > torque[3]
