@@ -340,7 +340,8 @@ def fit(request: Request, config: Config | None = None) -> Fit:
     runs, unseen = request.read(reading)
     with beside_assumptions(notes_of([*runs, *unseen])):
         refuse_twice([*runs, *unseen])
-        refuse_idle([*runs, *unseen], [reading.axis])
+        if any(np.nan_to_num(run.effort).any() for run in runs):  # of a vehicle that was carried: what to drive, below
+            refuse_idle([*runs, *unseen], [reading.axis])
         if len(runs) + len(unseen) > 1:
             refuse_odd([*runs, *unseen], [reading.axis], request.assume_sign)
         declared = Declared.of(request, config, reading.axis, runs, [*runs, *unseen]).as_written

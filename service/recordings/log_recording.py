@@ -40,9 +40,12 @@ def recording_of(reading: Reading, path: Path, log: Log, proposal: Proposal, mea
     ours, source = log.format == OURS, proposal.inputs.yaw_rate
     if reading.learns and measured.doubts:
         raise BadInput(f"{path}: {measured.doubts[0]}")
-    instead = turning_instead(log, source, YAW.rate) if source is not None and reading.axis == YAW else ""
-    if source is not None and instead and not measured.streams[YAW.rate][0].size:
-        raise BadInput(f"{path}: there is no value of yaw_rate in {source.topic}{instead}")
+    of_yaw = source if reading.axis == YAW else None
+    if of_yaw is not None and not measured.streams[YAW.rate][0].size:
+        instead = turning_instead(log, of_yaw, YAW.rate)
+        if instead or not ours:
+            cure = instead or f"; `incsvr inspect {path}` shows what there is"
+            raise BadInput(f"{path}: there is no value of yaw_rate in {of_yaw.topic}{cure}")
     recording = _in_cut(reading, path, log, measured, proposal.inputs)
     notes, places = (*proposal.sentences, *measured.notes), _places(proposal.inputs, reading.axis, ours)
     units = {name: units_of(name, source)[1] for name, source in proposal.inputs.channels.items() if source.unit}
@@ -52,10 +55,10 @@ def recording_of(reading: Reading, path: Path, log: Log, proposal: Proposal, mea
     if not reading.learns:
         return recording
     recording = armed_alone(path, recording, ours and reading.ours_whole)
-    if ours and not instead:
+    if ours and (of_yaw is None or not turning_instead(log, of_yaw, YAW.rate)):
         return recording
     rate = recording.rate[~np.isnan(recording.rate)]
-    refuse_still(path, log, source if reading.axis == YAW else None, rate, words_of(reading.axis))
+    refuse_still(path, log, of_yaw, rate, words_of(reading.axis))
     return recording
 
 

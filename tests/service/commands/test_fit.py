@@ -125,7 +125,7 @@ def test_the_measured_vehicle(capsys: pytest.CaptureFixture[str], measured: Path
         ("tune", "give recordings to tune on"),
         ("tune good.csv --simulated 1", "give recordings to tune on"),
         ("tune good.csv", "the inertia is not known; give --inertia"),
-        ("tune good.csv --inertia -1", "give a number above 0"),
+        ("tune good.csv --inertia -1", "--inertia is -1; give the moment of inertia"),
         (
             "tune good.csv --inertia 350 --write no/such/folder.yaml",
             "name a file in a folder that is there with --write",
