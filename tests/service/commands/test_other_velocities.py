@@ -141,13 +141,15 @@ def test_what_cannot_be_used_is_one_sentence(
 
 
 def test_a_measured_vehicle_in_sway(capsys: pytest.CaptureFixture[str]) -> None:
-    """By itself its sway is refused, or errs as much as a rate of zero does (0.10 m/s): most of it is Coriolis."""
+    """By itself its sway errs hardly less than a rate of zero does (0.10 m/s), and why is said: most of it is Coriolis."""
     if not MEASURED.is_dir():
         pytest.skip("the measured recordings are not in ../shared/measured")
     runs = [str(MEASURED / f"run_{number}.csv") for number in ("01", "03", "05", "07")]
     flags = ["--validate", str(MEASURED / "run_04.csv"), "--axis", "sway", "--json", "-"]
-    assert main(["fit", *runs, "--inertia", "2500", *flags]) == 2
-    assert "or other velocities caused it: the axis is coupled to others: surge*yaw_rate" in capsys.readouterr().err
+    assert main(["fit", *runs, "--inertia", "2500", *flags]) == 0
+    alone = json.loads(capsys.readouterr().out)
+    assert alone["validation"]["free_run_rmse"] > 0.07
+    assert any("the axis is coupled to others: surge*yaw_rate" in remark for remark in alone["remarks"])
     assert main(["fit", *runs, "--set", "vehicle.mass_matrix=2200,2500,0,0,0,800", *flags]) == 0
     result = json.loads(capsys.readouterr().out)
     assert result["validation"]["free_run_rmse"] < 0.03
