@@ -118,9 +118,10 @@ def _findings(found: Causes, state: State, vehicle: Vehicle, known: Curve, span:
     sensor = max(faults, key=lambda name: found.each[name].odds, default=None)
     if sensor is not None and found.each[sensor].odds > SUSPECT_ODDS:
         fault, lasts = found.each[sensor], sensor in state.kinds
-        if (lasts or fault.odds > max(SURE_ODDS, change.odds + LEAD)) and fault.left < large:
+        sure = 2.0 * SURE_ODDS if sensor == "lag" and fault.size > 0.0 else SURE_ODDS  # a controller's answer is late
+        if (lasts or fault.odds > max(sure, change.odds + LEAD)) and fault.left < large:
             return [Finding(sensor, Decision.PAUSE, _SENTENCES[sensor](fault))]
-        if fault.odds > change.odds - LEAD:
+        if fault.odds > change.odds - LEAD + sure - SURE_ODDS:
             return [_unclear(f"{_SENTENCES[sensor](fault)}, or the vehicle changed")]
     if found.least > large:
         return [_foreign(found, span)]
