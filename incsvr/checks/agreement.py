@@ -116,12 +116,13 @@ def _findings(found: Causes, state: State, vehicle: Vehicle, known: Curve, span:
     change, large = found.each[own[0]], max(FOREIGN_NOISES * known.sigma, MIN_LEFT_DAMPING_SHARE * known.largest)
     faults = [name for name in SENSOR_CAUSES if _large(name, found.each[name], state, vehicle)]
     sensor = max(faults, key=lambda name: found.each[name].odds, default=None)
-    if sensor is not None and found.each[sensor].odds > SUSPECT_ODDS:
+    # A controller's answer is late, too.
+    late = sensor == "lag" and found.each[sensor].size > 0.0 and sensor not in state.kinds
+    if sensor is not None and found.each[sensor].odds > (2.0 * SURE_ODDS if late else SUSPECT_ODDS):
         fault, lasts = found.each[sensor], sensor in state.kinds
-        sure = 2.0 * SURE_ODDS if sensor == "lag" and fault.size > 0.0 else SURE_ODDS  # a controller's answer is late
-        if (lasts or fault.odds > max(sure, change.odds + LEAD)) and fault.left < large:
+        if (lasts or fault.odds > max(SURE_ODDS, change.odds + LEAD)) and fault.left < large:
             return [Finding(sensor, Decision.PAUSE, _SENTENCES[sensor](fault))]
-        if fault.odds > change.odds - LEAD + sure - SURE_ODDS:
+        if fault.odds > change.odds - LEAD:
             return [_unclear(f"{_SENTENCES[sensor](fault)}, or the vehicle changed")]
     if found.least > large:
         return [_foreign(found, span)]
