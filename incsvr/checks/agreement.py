@@ -116,9 +116,7 @@ def _findings(found: Causes, state: State, vehicle: Vehicle, known: Curve, span:
     change, large = found.each[own[0]], max(FOREIGN_NOISES * known.sigma, MIN_LEFT_DAMPING_SHARE * known.largest)
     faults = [name for name in SENSOR_CAUSES if _large(name, found.each[name], state, vehicle)]
     sensor = max(faults, key=lambda name: found.each[name].odds, default=None)
-    # A controller's answer is late, too.
-    late = sensor == "lag" and found.each[sensor].size > 0.0 and sensor not in state.kinds
-    if sensor is not None and found.each[sensor].odds > (2.0 * SURE_ODDS if late else SUSPECT_ODDS):
+    if sensor is not None and found.each[sensor].odds > (2.0 * SURE_ODDS if _may_answer(known) else SUSPECT_ODDS):
         fault, lasts = found.each[sensor], sensor in state.kinds
         if (lasts or fault.odds > max(SURE_ODDS, change.odds + LEAD)) and fault.left < large:
             return [Finding(sensor, Decision.PAUSE, _SENTENCES[sensor](fault))]
@@ -145,6 +143,11 @@ def _findings(found: Causes, state: State, vehicle: Vehicle, known: Curve, span:
     if own[0] in ("moment", "one side") and state.kinds != {UNCLEAR}:
         return [_unclear(f"{sentence}, or a sensor failed")]
     return [Finding(CHANGE, Decision.WARN, sentence)]
+
+
+def _may_answer(known: Curve) -> bool:
+    """Whether the water moves a vehicle nearly as much as its torque does: a controller's answer is late, too."""
+    return root_mean_square(known.damping) < 2.0 * MIN_DRAG_NOISES * known.sigma
 
 
 def _large(name: str, cause: Cause, state: State, vehicle: Vehicle) -> bool:

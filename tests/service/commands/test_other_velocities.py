@@ -141,7 +141,7 @@ def test_what_cannot_be_used_is_one_sentence(
 
 
 def test_a_measured_vehicle_in_sway(capsys: pytest.CaptureFixture[str]) -> None:
-    """By itself its sway errs hardly less than a rate of zero does (0.10 m/s), and why is said: most of it is Coriolis."""
+    """By itself its sway errs hardly less than zero does (0.10 m/s), and why is said: most of it is Coriolis."""
     if not MEASURED.is_dir():
         pytest.skip("the measured recordings are not in ../shared/measured")
     runs = [str(MEASURED / f"run_{number}.csv") for number in ("01", "03", "05", "07")]
