@@ -114,7 +114,7 @@ def damping(rate: str) -> tuple[Row, ...]:
     )
 
 
-def bends(rate: str, fast: float, shares: Sequence[float] = (0.1, 0.2, 0.4, 0.7)) -> tuple[Row, ...]:
+def bends(rate: str, fast: float, shares: Sequence[float] = (0.2, 0.4, 0.7)) -> tuple[Row, ...]:
     """Damping beside the linear and the quadratic one, so that its curve has any shape: an odd line with bends.
 
     Args:

@@ -140,7 +140,9 @@ def _best(
     beside += [(each, weighed.evidence(k)) for k, each in enumerate(every)]
     first: dict[str, tuple[Evidence, Candidate]] = {}
     for evidence, each in sorted(_promising(beside, enough), key=lambda one: -one[0].excluded.total):
-        first.setdefault(each.name, (evidence, each))
+        kind, _, axis = each.name.partition("@")
+        once = f"{kind.partition(':')[0]}@{axis}" if imitates(each) else each.name  # of the instants of a step the best
+        first.setdefault(once, (evidence, each))
     axes = found.structure.axes
     most = fitted if len(axes) == 1 else 2
     looked = [one for axis in axes for one in _of_axis(first.values(), axis)[:most]]

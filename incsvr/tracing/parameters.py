@@ -64,7 +64,7 @@ def has_size(
     inertia: float,
     period: float,
     most: float = 10.0,
-    least: float = 0.03,  # of the declared inertia, which nobody knows better
+    least: float = 0.03,  # of the declared inertia or thrust, which nobody knows better
 ) -> bool:
     """Whether the interval of an effect's first parameter excludes that nothing acts.
 
@@ -72,7 +72,7 @@ def has_size(
         inertia: declared.
         period: of the velocity's samples [s], within which no delay is known.
         most: how far the ends of what is positive by nature may be apart, as a factor, to be a size.
-        least: by how much an inertia differs from the declared one at least, as a share.
+        least: by how much an inertia or a thrust differs from the declared one at least, as a share.
     """
     name, (low, high) = next(iter(spans.items()))
     if name == "delay_s":
@@ -80,7 +80,7 @@ def has_size(
     if name == "inertia_kg_m2":
         return high < (1.0 - least) * inertia or low > (1.0 + least) * inertia
     if name in ("reverse_efficiency", "exponent"):
-        return not low <= 1.0 <= high
+        return high < 1.0 - least or low > 1.0 + least
     return high < most * low if name in POSITIVE else not low <= 0.0 <= high
 
 

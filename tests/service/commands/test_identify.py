@@ -267,7 +267,7 @@ def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path)
     legends = [legend for part in compared.plot().subfigs for legend in part.legends]
     words = [text.get_text() for legend in legends for text in legend.get_texts()]
     assert (len(legends), words.count("changed here")) == (6, 1)
-    with pytest.raises(BadInput, match="is a table of dives"):
+    with pytest.raises(BadInput, match="no column is recognised as yaw_rate"):  # a table of dives is no log
         incsvr.compare([history])
     again, stored = tmp_path / "again.json", tmp_path / "again.parquet"
     assert main(["compare", str(history), "--json", str(again), "--table", str(stored)]) == 0
