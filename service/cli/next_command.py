@@ -34,8 +34,11 @@ def following(said: Any, command: str, files: Sequence[Path | str], flags: Itera
     return shlex.join([*words, *(["--validate", *unseen] if unseen else []), *more])
 
 
-def next_line(command: str | None, why: str) -> str:
-    """The line of a result that names the command which follows, and what it does; empty where none does."""
-    if command is None:
-        return ""
+def next_line(command: str, why: str) -> str:
+    """The line of a result that names the command which follows, and what it does."""
     return f"What next?  {command}\n            {why}"
+
+
+def with_next(text: str, command: str | None, why: str) -> str:
+    """A text, and below it the line of the command that follows, if one does."""
+    return text if command is None else f"{text}\n\n{next_line(command, why)}"

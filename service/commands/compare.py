@@ -51,5 +51,5 @@ def run(args: argparse.Namespace) -> int:
         made_of = provenance(argparse.Namespace(recordings=args.dives, validate=[]))
         writer = import_module(REPORT_WRITER)
         writer.write_dives(result.compared, explanations(result.compared), args.report, made_of)
-    emit(args, result.to_dict(), result.text)
+    emit(args, result.to_dict(), str(result))
     return 0

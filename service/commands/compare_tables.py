@@ -17,7 +17,7 @@ from incsvr.vehicle.compare import Comparison, Value
 from incsvr.vehicle.history import History
 from incsvr.vehicle.shown import Shown
 from service.cli.extras import how_to_install
-from service.cli.next_command import following, next_line
+from service.cli.next_command import following, with_next
 from service.cli.output import emit
 from service.fitting.compare import change_words
 from service.recordings.log_refusals import DIVE_GIVEN_TWICE
@@ -44,7 +44,7 @@ def run_on_tables(args: argparse.Namespace) -> int:
         after = following(args, "compare", [args.table], (), "--json", "changes.json"), "lists the changes for programs"
     shown = [each.to_dict() for each in seen]
     document = {"coefficients": table.num_rows, "changes": rows, "shown": shown, "next": after[0]}
-    emit(args, document, f"{_text_of_tables(rows, history, found, seen)}\n\n{next_line(*after)}")
+    emit(args, document, with_next(_text_of_tables(rows, history, found, seen), *after))
     return 0
 
 

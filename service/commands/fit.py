@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.cli.next_command import next_line
+from service.cli.next_command import with_next
 from service.cli.output import add_json_argument, emit
 from service.commands.arguments import (
     POLICY_HELP,
@@ -62,10 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     request, to = Request.of(args), _destination(args)
     found = fit(request, None if to is None else base(to, request))
-    result, words = found.to_dict(), found.text
+    result, words = found.to_dict(), str(found)
     if to is not None:
         serve = shlex.join(["incsvr", "serve", "--config", str(args.write)])
-        words = f"{text(found)}\n\n{leave(found, to)}\n\n{next_line(serve, 'continues to learn on the bus')}"
+        words = with_next(f"{text(found)}\n\n{leave(found, to)}", serve, "continues to learn on the bus")
         result["next"] = serve
     try:
         emit(args, result, words)

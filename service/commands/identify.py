@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     result = identify(Request.of(args))
     if args.write is not None:
         result = result.write(args.write)
-    words = "\n".join([*(f"note: {note}" for note in result.notes), *([""] if result.notes else []), result.text])
+    words = "\n".join([*(f"note: {note}" for note in result.notes), *([""] if result.notes else []), str(result)])
     try:
         emit(args, result.to_dict(), words)
     finally:

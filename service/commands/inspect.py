@@ -19,7 +19,7 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.words import words_of
 from incsvr.signals.message_rates import slow_torque
-from service.cli.next_command import LOG_FLAGS, following, next_line
+from service.cli.next_command import LOG_FLAGS, following, with_next
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
 from service.commands.arguments import PLOTS
@@ -82,8 +82,7 @@ def run(args: argparse.Namespace) -> int:
     if args.plot is not None:
         _plot(args.plot, summary)
     after = _next(args, summary)
-    words = f"{_text(args, summary)}\n\n{next_line(*after)}"
-    emit(args, _result(summary) | {"next": after[0]}, words)
+    emit(args, _result(summary) | {"next": after[0]}, with_next(_text(args, summary), *after))
     return 0
 
 

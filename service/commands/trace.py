@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     traced = trace(Request.of(args), None if args.json == "-" else args.json)
     try:
-        emit(args, traced.to_dict(), traced.text)  # before any picture: it is kept whatever becomes of that
+        emit(args, traced.to_dict(), str(traced))  # before any picture: it is kept whatever becomes of that
     finally:
         if args.report:
             import_module(REPORT_WRITER).write(traced.found, args.report, traced.axis, provenance(args))

@@ -10,12 +10,12 @@ from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
 from incsvr.vehicle import compare as compare_dives
 from incsvr.vehicle.causes import causes
 from incsvr.vehicle.compare import Comparison, Value
-from service.cli.next_command import LOG_FLAGS, next_line
+from service.cli.next_command import LOG_FLAGS, with_next
 from service.fitting.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
 from service.fitting.good_enough import MAX_CHANGE_SHARE, Use, good_enough, good_enough_lines, noticing, unknown
 from service.fitting.identify import body_reading, configured
 from service.fitting.request import Request, read_body
-from service.fitting.results import Result, frame, plots, with_next
+from service.fitting.results import frame, plots
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
 from service.recordings.log_refusals import (
     DIVE_GIVEN_TWICE,
@@ -28,8 +28,8 @@ from service.recordings.recording import Recording
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Dives(Result):
-    """The result of `compare`.
+class Dives:
+    """The result of `compare`; `str` is the text that the command prints.
 
     Attributes:
         compared: every quantity of every dive, and which changed.
@@ -52,9 +52,8 @@ class Dives(Result):
             "next": self.next[0],
         }
 
-    @property
-    def text(self) -> str:
-        return with_next(text(self.compared), next_line(*self.next))
+    def __repr__(self) -> str:
+        return with_next(text(self.compared), *self.next)
 
     @property
     def next(self) -> tuple[str | None, str]:

@@ -26,7 +26,7 @@ from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.plant.words import words_of
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
-from service.cli.next_command import AXIS_FLAGS, WRITTEN, next_line
+from service.cli.next_command import AXIS_FLAGS, WRITTEN, with_next
 from service.config.configuration import Config
 from service.fitting import declared as of_inertia
 from service.fitting.declaration import Declaration, judge_declaration
@@ -48,7 +48,7 @@ from service.fitting.good_enough import (
 from service.fitting.log import sources
 from service.fitting.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.fitting.request import Request, read_each
-from service.fitting.results import Result, frame, plots, with_next
+from service.fitting.results import frame, plots
 from service.fitting.settings import settings
 from service.fitting.spoken import in_python
 from service.fitting.terms import Terms
@@ -66,8 +66,8 @@ CURVE_RATES = 101
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Fit(Result):
-    """The result of the online loop over recordings.
+class Fit:
+    """The result of the online loop over recordings; `str` is the text that the command prints.
 
     Attributes:
         joined: the recordings, one after the other.
@@ -209,9 +209,8 @@ class Fit(Result):
         """The damping curve as a DataFrame of pandas: rate, damping, sigma of a sample about it and its own doubt."""
         return frame(self.to_dict()["curve"])
 
-    @property
-    def text(self) -> str:
-        return with_next(text(self), next_line(*self.next))
+    def __repr__(self) -> str:
+        return with_next(text(self), *self.next)
 
     @property
     def next(self) -> tuple[str | None, str]:

@@ -21,7 +21,7 @@ from incsvr.vehicle import identify as identify_vehicle
 from incsvr.vehicle.identify import STEPS
 from incsvr.vehicle.model import beaten
 from incsvr.vehicle.runs import axes_of, prepared
-from service.cli.next_command import LOG_FLAGS, next_line
+from service.cli.next_command import LOG_FLAGS, with_next
 from service.cli.output import refuse_replacing, writing
 from service.cli.progress import progress
 from service.config.configuration import Config
@@ -30,7 +30,7 @@ from service.config.vehicle_file import MARK, is_name, read_values, write_vehicl
 from service.fitting.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
 from service.fitting.good_enough import Use, good_enough, good_enough_lines, without_gyro
 from service.fitting.request import Request, read_body
-from service.fitting.results import Result, frame, plots, with_next
+from service.fitting.results import SHOWS_STREAMS, frame, plots
 from service.fitting.sensors import examine_sensors, with_heading_sign
 from service.number import number_of
 from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_implausible, refuse_twice
@@ -45,8 +45,8 @@ Began = Callable[[str, int], None]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class WholeVehicle(Result):
-    """The result of `identify`.
+class WholeVehicle:
+    """The result of `identify`; `str` is the text that the command prints.
 
     Attributes:
         found: the model of the vehicle, and its errors.
@@ -65,17 +65,15 @@ class WholeVehicle(Result):
         axes = {name: good_enough([use]) for name, use in uses(self.found).items()}
         return {**self.found.to_dict(), "notes": list(self.notes), "good_enough": axes, "next": self.next[0]}
 
-    @property
-    def text(self) -> str:
-        return with_next(text(self.found, self.written), next_line(*self.next))
+    def __repr__(self) -> str:
+        return with_next(text(self.found, self.written), *self.next)
 
     @property
     def next(self) -> tuple[str | None, str]:
         """The command that follows, if one does, and what it does."""
         request = self.request
         if beaten(self.found.vehicle.beaten_by):
-            following = request.following("inspect", LOG_FLAGS, files=request.recordings[:1])
-            return following, "shows ranges, signs and units"
+            return request.following("inspect", LOG_FLAGS, files=request.recordings[:1]), SHOWS_STREAMS
         if self.written is None:
             more = ("--write", "vehicle.yaml")
             return request.following("identify", (*LOG_FLAGS, "vehicle", "set"), *more), "keeps the model"

@@ -1,4 +1,4 @@
-"""What the results of all functions have in common: their text, their pictures and their tables."""
+"""What results have in common: their pictures and their tables."""
 
 from __future__ import annotations
 
@@ -10,22 +10,10 @@ from typing import Any
 from incsvr.errors import BadInput
 from service.cli.extras import how_to_install
 
+SHOWS_STREAMS = "shows ranges, signs and units"
+"""What `incsvr inspect` does after a result that no log explains."""
 PLOTS = "viewer.plots"
 """Draws figures; loaded when asked for, so that learning and tracing need no drawing library."""
-
-
-class Result:
-    """The result of a function; `str` and `repr` are the text that its command prints."""
-
-    __slots__ = ()
-
-    @property
-    def text(self) -> str:
-        """The result for people, with the command that follows."""
-        raise NotImplementedError
-
-    def __repr__(self) -> str:
-        return self.text
 
 
 def plots() -> ModuleType:
@@ -48,8 +36,3 @@ def frame(data: Mapping[str, Any] | Sequence[Mapping[str, Any]], columns: Sequen
     except ModuleNotFoundError:
         raise BadInput(f"to_frame() needs pandas, which is not installed: {how_to_install('pandas')}") from None
     return pandas.DataFrame(data, columns=columns)
-
-
-def with_next(text: str, following: str) -> str:
-    """A text with the line of the command that follows, if one does."""
-    return f"{text}\n\n{following}" if following else text

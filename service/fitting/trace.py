@@ -16,7 +16,7 @@ from incsvr.tracing import result
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import chance, headline, limits, proof
-from service.cli.next_command import AXIS_FLAGS, LOG_FLAGS, WRITTEN, next_line
+from service.cli.next_command import AXIS_FLAGS, LOG_FLAGS, WRITTEN, with_next
 from service.cli.progress import progress
 from service.fitting import declared as of_inertia
 from service.fitting import other_velocities
@@ -26,24 +26,18 @@ from service.fitting.each_log import refuse_idle, refuse_odd
 from service.fitting.good_enough import Use, closed_loop, feed_forward, good_enough, good_enough_lines, without_gyro
 from service.fitting.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.fitting.request import Request
-from service.fitting.results import Result, frame, plots, with_next
+from service.fitting.results import SHOWS_STREAMS, frame, plots
 from service.fitting.sensors import examine_sensors, sensor_notes, with_heading_sign
 from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_twice
 from service.recordings.recording import Recording
 
 TAKES = ("vehicle", "inputs", "signals.torque")
 """The values of the configuration that `trace` uses."""
-WHAT_NEXT = {
-    "inspect": "shows ranges, signs and units",
-    "fit": "learns the curve and writes it down for `incsvr serve`",
-    "trace": "keeps the effects, for `incsvr fit --effects`",
-}
-"""Command that follows → what it does."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Traced(Result):
-    """The result of `trace`.
+class Traced:
+    """The result of `trace`; `str` is the text that the command prints.
 
     Attributes:
         found: effects, errors, what is unexplained.
@@ -63,27 +57,24 @@ class Traced(Result):
         """The JSON that the command writes with `--json`."""
         found = self.found
         told = {"headline": headline(found), "limits": limits(found), **found.to_dict(), "axis": self.axis.name}
-        return told | {"good_enough": good_enough(uses(found)), "next": self.next} | self.others.to_dict()
+        return told | {"good_enough": good_enough(uses(found)), "next": self.next[0]} | self.others.to_dict()
+
+    def __repr__(self) -> str:
+        return with_next(text(self.found), *self.next)
 
     @property
-    def text(self) -> str:
-        following = self.next or ""
-        what = "learns the curve with these effects"
-        if following and "--effects" not in following:
-            what = WHAT_NEXT[following.split()[1]]
-        return with_next(text(self.found), next_line(self.next, what))
-
-    @property
-    def next(self) -> str | None:
-        """The command that follows, if one does."""
+    def next(self) -> tuple[str | None, str]:
+        """The command that follows, if one does, and what it does."""
         found, request = self.found, self.request
         if not found.beats_zero or not found.sought:
-            return request.following("inspect", LOG_FLAGS, files=request.recordings[:1])
+            return request.following("inspect", LOG_FLAGS, files=request.recordings[:1]), SHOWS_STREAMS
         if not found.effects:
-            return request.following("fit", AXIS_FLAGS, "--write", WRITTEN)
+            command = request.following("fit", AXIS_FLAGS, "--write", WRITTEN)
+            return command, "learns the curve and writes it down for `incsvr serve`"
         if self.keeps is None:
-            return request.following("trace", AXIS_FLAGS, "--json", "effects.json")
-        return request.following("fit", AXIS_FLAGS, "--effects", self.keeps)
+            command = request.following("trace", AXIS_FLAGS, "--json", "effects.json")
+            return command, "keeps the effects, for `incsvr fit --effects`"
+        return request.following("fit", AXIS_FLAGS, "--effects", self.keeps), "learns the curve with these effects"
 
     def plot(self) -> Any:
         """The damping, and a free run, before and after, as a figure of matplotlib."""
