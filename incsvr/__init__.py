@@ -149,7 +149,7 @@ def fit(
     Raises:
         BadInput: where the logs, or a keyword, cannot be used; one sentence with the cure.
     """
-    found: Fit = import_module(_FILES).fit(logs, validate, {"inertia": inertia, "axis": axis, **more})
+    found: Fit = import_module(_FILES).call("fit", logs, validate, {"inertia": inertia, "axis": axis, **more})
     return found
 
 
@@ -166,7 +166,7 @@ def trace(
     Raises:
         BadInput: where the logs, or a keyword, cannot be used; one sentence with the cure.
     """
-    found: Result = import_module(_FILES).trace(logs, validate, {"inertia": inertia, "axis": axis, **more})
+    found: Result = import_module(_FILES).call("trace", logs, validate, {"inertia": inertia, "axis": axis, **more})
     return found
 
 
@@ -183,7 +183,7 @@ def identify(
     Raises:
         BadInput: where the logs, or a keyword, cannot be used; one sentence with the cure.
     """
-    found: Result = import_module(_FILES).identify(logs, validate, {"name": name, "vehicle": vehicle, **more})
+    found: Result = import_module(_FILES).call("identify", logs, validate, {"name": name, "vehicle": vehicle, **more})
     return found
 
 
@@ -196,7 +196,7 @@ def compare(dives: Logs, **more: Unpack[Whole]) -> Result:
     Raises:
         BadInput: where the dives, or a keyword, cannot be used; one sentence with the cure.
     """
-    found: Result = import_module(_FILES).compare(dives, more)
+    found: Result = import_module(_FILES).call("compare", dives, (), more)
     return found
 
 

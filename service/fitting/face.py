@@ -27,14 +27,15 @@ from service.fitting.spoken import in_python
 from service.inputs.settings import Preset
 from service.logs.cutting import instant
 
-KEYWORDS: Mapping[str, Collection[str]] = {
-    "read": (*incsvr.Reading.__annotations__, "axis"),
-    "fit": (*incsvr.Learning.__annotations__, "axis", "inertia"),
-    "trace": (*incsvr.Declared.__annotations__, "axis", "inertia"),
-    "identify": (*incsvr.Whole.__annotations__, "vehicle", "name"),
-    "compare": tuple(incsvr.Whole.__annotations__),
+LOG_KEYWORDS = tuple(incsvr.Reading.__annotations__)
+WHOLE_KEYWORDS = tuple(incsvr.Whole.__annotations__)
+FUNCTIONS: Mapping[str, tuple[Callable[[Request], Any], Collection[str]]] = {
+    "fit": (of_axis.fit, (*incsvr.Learning.__annotations__, "axis", "inertia")),
+    "trace": (of_effects.trace, (*incsvr.Declared.__annotations__, "axis", "inertia")),
+    "identify": (of_vehicle.identify, (*WHOLE_KEYWORDS, "vehicle", "name")),
+    "compare": (of_dives.compare, WHOLE_KEYWORDS),
 }
-"""The keywords of each function, beside its logs."""
+"""The functions by name, each with its keywords beside the logs."""
 ELSEWHERE = {
     "json": "the result has to_dict()",
     "report": "the result has plot(); the command writes reports",
@@ -42,7 +43,6 @@ ELSEWHERE = {
     "table": "the result has to_frame()",
 }
 """What is a flag of a command and no keyword."""
-PATHS = ("config", "vehicle", "effects")
 CHOICES: Mapping[str, Collection[str]] = {
     "axis": tuple(AXES),
     "policy": POLICIES,
@@ -53,32 +53,14 @@ CHOICES: Mapping[str, Collection[str]] = {
 def read(log: Any, keywords: Mapping[str, Any]) -> Log:
     """A log as a recording."""
     with in_python():
-        request = _request("read", "log", log, (), keywords)
-        return Log.read(request, {**keywords})
+        return Log.read(_request("read", (*LOG_KEYWORDS, "axis"), log, (), keywords), {**keywords})
 
 
-def fit(logs: Any, validate: Any, keywords: Mapping[str, Any]) -> of_axis.Fit:
-    """`fit` by keywords."""
+def call(function: str, logs: Any, validate: Any, keywords: Mapping[str, Any]) -> Any:
+    """The result of one of the FUNCTIONS over logs, by keywords."""
     with in_python():
-        return of_axis.fit(_request("fit", "log", logs, validate, keywords))
-
-
-def trace(logs: Any, validate: Any, keywords: Mapping[str, Any]) -> of_effects.Traced:
-    """`trace` by keywords."""
-    with in_python():
-        return of_effects.trace(_request("trace", "log", logs, validate, keywords))
-
-
-def identify(logs: Any, validate: Any, keywords: Mapping[str, Any]) -> of_vehicle.WholeVehicle:
-    """`identify` by keywords."""
-    with in_python():
-        return of_vehicle.identify(_request("identify", "log", logs, validate, keywords))
-
-
-def compare(dives: Any, keywords: Mapping[str, Any]) -> of_dives.Dives:
-    """`compare` by keywords."""
-    with in_python():
-        return of_dives.compare(_request("compare", "dives", dives, (), keywords))
+        run, takes = FUNCTIONS[function]
+        return run(_request(function, takes, logs, validate, keywords))
 
 
 def live(
@@ -109,51 +91,41 @@ def live(
         return Live(every.of_axis(axis))
 
 
-def _request(function: str, name: str, logs: Any, validate: Any, keywords: Mapping[str, Any]) -> Request:
-    """The request that a call makes; `name` is what arrays are called.
+def _request(function: str, takes: Collection[str], logs: Any, validate: Any, keywords: Mapping[str, Any]) -> Request:
+    """The request that a call makes.
 
     Raises:
-        BadInput: a keyword is none, or has a value that it cannot have.
+        BadInput: a keyword is none of those that the function `takes`, or has a value that it cannot have.
     """
     read_by = [each.how for each in (*each_log(logs), *each_log(validate)) if isinstance(each, Log)]
     if any(how != read_by[0] for how in read_by):
         raise BadInput("the logs were read with different keywords; read all of them alike")
     given = {**(read_by[0] if read_by else {}), **keywords}
     for each in given:
-        _refuse_keyword(function, each)
-    recordings = sources(name, logs)
+        _refuse_keyword(function, takes, each)
+    recordings = sources("dives" if function == "compare" else "log", logs)
     if not recordings:
         raise BadInput(f"{function} needs a log: a file, arrays, a DataFrame, what read returned, or several")
     said = {each: _converted(each, value) for each, value in given.items() if value is not None}
     return Request(recordings, sources("validate", validate), **said)
 
 
-def _refuse_keyword(function: str, name: str) -> None:
-    if name in KEYWORDS[function]:
+def _refuse_keyword(function: str, takes: Collection[str], name: str) -> None:
+    if name in takes:
         return
     if instead := REMOVED.get((function, f"--{name.replace('_', '-')}")):
         raise BadInput(f"{name} was removed; {instead}")
     if name in ELSEWHERE:
         raise BadInput(f"{function} takes no {name} in Python; {ELSEWHERE[name]}")
-    takes = KEYWORDS[function]
     raise BadInput(f"{function} takes no {name}{meant(name, takes)}; it takes {one_of(tuple(takes))}")
 
 
 def _converted(name: str, value: Any) -> Any:
     """The value of a keyword as a request has it."""
-    if name in PATHS:
-        return Path(value)
-    if name in CHOICES and value not in CHOICES[name]:
-        raise BadInput(f"{name} is {value}{meant(str(value), CHOICES[name])}; it is {one_of(tuple(CHOICES[name]))}")
-    convert: Callable[[Any], Any] | None = {
-        "set": _set,
-        "column": _texts,
-        "cut_from": _instant,
-        "cut_to": _instant,
-    }.get(name)
-    if convert is not None:
-        return convert(value)
-    return value if name == "assume_sign" else str(value)
+    choices = CHOICES.get(name, (value,))
+    if value not in choices:
+        raise BadInput(f"{name} is {value}{meant(str(value), choices)}; it is {one_of(tuple(choices))}")
+    return CONVERSIONS.get(name, str)(value)
 
 
 def _texts(value: Any) -> tuple[str, ...]:
@@ -181,3 +153,13 @@ def _written(key: str, value: Any) -> str:
         return json.dumps(np.asarray(value).tolist())
     except (TypeError, ValueError):
         raise BadInput(f"{key}: give a text, a number, or a list or an array of them") from None
+
+
+CONVERSIONS: Mapping[str, Callable[[Any], Any]] = {
+    **dict.fromkeys(("config", "vehicle", "effects"), Path),
+    **dict.fromkeys(("cut_from", "cut_to"), _instant),
+    "column": _texts,
+    "set": _set,
+    "assume_sign": bool,
+}
+"""How a keyword's value becomes that of a request; others become texts, as at a command line."""
