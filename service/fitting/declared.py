@@ -120,17 +120,12 @@ def positive(given: str, words: AxisWords) -> float:
     return value
 
 
-def estimate_in_result(
-    estimate: InertiaEstimate | None, closed_loop: bool, remarks: Sequence[str], words: AxisWords
-) -> dict[str, Any]:
+def estimate_in_result(estimate: InertiaEstimate | None, closed_loop: bool) -> dict[str, Any]:
     """The fields that an estimate adds to the result of a fit; in closed loop it has no standard error."""
     if estimate is None:
         return {}
-    return {
-        "inertia_standard_error": None if closed_loop else estimate.standard_error,
-        "fit_free_run_rmse": estimate.rmse,
-        "remarks": [*estimate_remarks(closed_loop, words), *remarks],
-    }
+    error = None if closed_loop else estimate.standard_error
+    return {"inertia_standard_error": error, "fit_free_run_rmse": estimate.rmse}
 
 
 def estimate_remarks(closed_loop: bool, words: AxisWords) -> list[str]:

@@ -319,7 +319,7 @@ class Fit:
             "settings": {"signals": asdict(self.training.signals), "learner": asdict(self.training.settings)},
             **self.others.to_dict(),
             "next": self.next[0],
-            **of_inertia.estimate_in_result(self.estimate, self.closed_loop, self.remarks, words_of(self.axis)),
+            **of_inertia.estimate_in_result(self.estimate, self.closed_loop),
         }
         return found | ({} if self.axis == YAW else {"axis": self.axis.name})
 
@@ -352,6 +352,9 @@ def fit(request: Request, config: Config | None = None) -> Fit:
         found = Fit.of(runs, unseen, *settings(request, config, declared, runs, unseen), declaration)
     of_body = config if declared.coupled is None else declared.in_force(config)
     of_body = of_body.model_copy(update={"inputs": reading.description.inputs})
+    if declared.estimate is not None:
+        limits = of_inertia.estimate_remarks(found.closed_loop, words_of(found.axis))
+        found = replace(found, remarks=[*limits, *found.remarks])
     return replace(found, request=request, config=of_body, reading=reading, estimate=declared.estimate)
 
 

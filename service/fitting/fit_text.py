@@ -26,7 +26,6 @@ def text(fit: Fit) -> str:
     if fit.inertia != signals.inertia:
         source = f", traced ({signals.inertia:.4g} declared)"
     rate_unit, unit = words.rate_unit, words.effort_unit
-    of_estimate = declared.estimate_remarks(fit.closed_loop, words) if estimate else []
     left = samples - (len(training.iterations) + fit.put_aside) * learner.batch
     lines = [
         f"recordings  {fit.name}: {samples} samples, {len(training.iterations)} batches of {learner.batch}, {left} "
@@ -38,7 +37,7 @@ def text(fit: Fit) -> str:
         f"{unit}, ε = {learner.epsilon:.2g} {unit}",
         *([f"inputs      {', '.join((fit.axis.rate, *learner.others))}"] if learner.others else []),
         *([f"effects     {', '.join(fit.effects)}"] if fit.effects else []),
-        *(f"remark      {remark}" for remark in (*of_estimate, *fit.remarks)),
+        *(f"remark      {remark}" for remark in fit.remarks),
         *(f"refused     {count} messages: {reason}" for reason, count in training.rejected.items()),
         "",
         "iteration   until s   vectors   batch, before learning it" + ("   unseen runs" * bool(training.errors)),
