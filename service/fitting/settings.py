@@ -13,14 +13,14 @@ from service.config.traced_effects import TracedEffects, configured_effects, rea
 from service.fitting.declared import Declared
 from service.fitting.request import Request
 from service.fitting.scaled import three_digits
-from service.fitting.terms import SMOOTHING, Terms
+from service.fitting.terms import SMOOTHING, Terms, over_scaled
 from service.recordings.recording import Recording
-from service.recordings.samples_from_recording import signals_for, with_smoothing
+from service.recordings.samples_from_recording import signals_for
 
 OF_NO_RECORDING = {"policy", "solver", "capacity", "batch", "fastest"}
 """The settings of a learner that no recording decides."""
-OF_THE_BUS = {"sample_period", "lateness", "gap", "channels", "rate_limit", "torque_limit"}
-"""The settings of signals that hold as they are set, beside the filter's width and what the torque is."""
+OF_THE_BUS = {SMOOTHING, "sample_period", "lateness", "gap", "channels", "rate_limit", "torque_limit"}
+"""The settings of signals that hold as they are set; what the torque is decides how they are scaled."""
 
 
 def as_configured(request: Request) -> bool:
@@ -53,7 +53,8 @@ def settings(
         learner, by_person = None, request.names_set("signals")
         chosen = _of_a_person(request, config) | chosen
         signals = three_digits(signals_for(runs, declared.inertia, axis.fastest, declared.torque))
-        signals = _with_set(signals, request, config)
+        names = (request.names_set("signals") | request.names_set("vehicle")) & OF_THE_BUS
+        signals = over_scaled(signals, {name: getattr(config.signal_settings(), name) for name in names})
         path = request.effects or config.effects
         if path is not None:
             common = tuple(name for name in runs[0].channels if all(name in run.channels for run in (*runs, *unseen)))
@@ -71,12 +72,3 @@ def _of_a_person(request: Request, config: Config) -> dict[str, Any]:
     known = asdict(config.learner_settings())
     names = OF_NO_RECORDING | request.names_set("learner") | request.names_set("vehicle")
     return {name: known[name] for name in names & known.keys()}
-
-
-def _with_set(signals: SignalSettings, request: Request, config: Config) -> SignalSettings:
-    """Scaled settings with those that are set; the torque's kind is in them already."""
-    wanted = config.signal_settings()
-    names = request.names_set("signals") | request.names_set("vehicle")
-    if SMOOTHING in names:
-        signals = with_smoothing(signals, wanted.smoothing)
-    return replace(signals, **{name: getattr(wanted, name) for name in names & OF_THE_BUS})

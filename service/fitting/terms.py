@@ -39,6 +39,14 @@ SMOOTHING, TORQUE_KIND = "smoothing", "torque"
 EFFECTS_OVER_ONE = "traced effects apply to damping over one velocity; leave out --effects, or the further inputs"
 
 
+def over_scaled(signals: SignalSettings, said: Mapping[str, Any]) -> SignalSettings:
+    """Scaled settings with those that a person said, by name; a filter of another width bridges no longer pauses than
+    it may."""
+    if SMOOTHING in said:
+        signals = with_smoothing(signals, said[SMOOTHING])
+    return replace(signals, **said)
+
+
 @dataclass(frozen=True, slots=True)
 class Terms:
     """The common parameters of all attempts on the same recordings.
@@ -77,9 +85,7 @@ class Terms:
         found = three_digits(signals_for(runs, signals.inertia, signals.rate_limit, torque))
         found = replace(found, channels=signals.channels)
         kept = frozenset[str]() if TORQUE_KIND in self.by_person else self.by_person
-        if SMOOTHING in kept:
-            found = with_smoothing(found, signals.smoothing)
-        return replace(found, **{name: getattr(signals, name) for name in kept})
+        return over_scaled(found, {name: getattr(signals, name) for name in kept})
 
     def settings(self, recording: Recording, samples: Samples) -> Settings:
         """The learner's settings, scaled to the samples where none are given, to the digits that are written down."""
