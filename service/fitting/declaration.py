@@ -3,86 +3,20 @@ from or traced."""
 
 from __future__ import annotations
 
-import re
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from incsvr.checks import Finding
 from incsvr.checks.apparent_inertia import ApparentInertia, apparent_inertia
 from incsvr.checks.delays import SIGN_DELAYS_S, torque_sign
 from incsvr.errors import BadInput
-from incsvr.plant.axes import Axis
-from incsvr.plant.words import AxisWords, words_of
+from incsvr.plant.words import words_of
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import TorqueKind
+from service.fitting.cures import column, cure, cure_of_sign
 from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
-
-SIGN = "sign"
-"""The kind of a finding that torque and yaw rate count in opposite directions."""
-_FACTOR_AND_UNIT = re.compile(r"(\*[0-9.]+(?:[eE][+-]?[0-9]+)?)?(:[^:.]+)?$")
-
-
-@dataclass(frozen=True, slots=True)
-class Cures:
-    """The flags that correct the unit or the sign of a log's torque.
-
-    Attributes:
-        scale: the flag that scales the torque.
-        turn: which flag turns the sign of which of the two.
-        in_radians: the flag that takes a rate in degrees per second for one in radians; empty where it is in others.
-    """
-
-    scale: str
-    turn: str
-    in_radians: str = ""
-
-    @staticmethod
-    def of(recording: Recording) -> Cures:
-        """The cures for the log of a recording."""
-        axis, places, words = recording.axis, recording.places, words_of(recording.axis)
-        torque, rate = places.get("torque"), places.get("yaw_rate")
-        scale = f"--column {axis.effort}=…*SCALE" if torque is None else _flag(axis.effort, _scaled(torque))
-        if torque is None and rate is not None:  # thrusters make the torque, and no column holds it
-            return Cures(scale, f"`{_flag(axis.rate, _turned(rate))}` turns the {words.rate}'s")
-        unit = (
-            shlex.quote(f"{axis.rate}={rate.removesuffix(':deg/s')}:rad/s") if rate and rate.endswith(":deg/s") else ""
-        )
-        return Cures(
-            scale, f"`{_turning_torque(axis, torque)}` turns the {words.effort}'s", f"--column {unit}" * bool(unit)
-        )
-
-    @property
-    def of_sign(self) -> str:
-        """The flags that turn a sign, or declare that it is right."""
-        return f"{self.turn}, --assume-sign uses both as recorded"
-
-    def sentence(self, finding: Finding) -> str:
-        """The sentence of a finding, with what mends it at a command line."""
-        return f"{finding.sentence} ({self.of_sign})" if finding.kind == SIGN else finding.sentence
-
-
-def _turning_torque(axis: Axis, place: str | None) -> str:
-    return f"--column {axis.effort}=-{axis.effort}" if place is None else _flag(axis.effort, _turned(place))
-
-
-def _turned(place: str) -> str:
-    return place.removeprefix("-") if place.startswith("-") else f"-{place}"
-
-
-def _scaled(place: str) -> str:
-    """A place with a factor that is still to be found in the stead of its own, before its unit."""
-    return _FACTOR_AND_UNIT.sub(lambda found: f"*SCALE{found[2] or ''}", place, count=1)
-
-
-def _flag(name: str, place: str) -> str:
-    """`--column` with what stands behind it, as a shell takes it; nothing is quoted that needs no quotes."""
-    text = f"{name}={place}"
-    return f"--column {text if shlex.quote(text.replace('*', '')) == text.replace('*', '') else shlex.quote(text)}"
-
 
 DOUBT_HEADLINE = "the declared {inertia} and the {effort} disagree by a factor, see the note"
 """The clause of a headline on a doubted declaration: a template of `AxisWords`."""
@@ -145,7 +79,7 @@ def judge_declaration(
     """
     for recording in (*runs, *unseen):
         _refuse_pulses(recording)
-    nothing, cures, words = Declaration(list(runs), list(unseen)), Cures.of(runs[0]), words_of(runs[0].axis)
+    nothing, words = Declaration(list(runs), list(unseen)), words_of(runs[0].axis)
     try:
         signals = signals_for(runs, inertia, runs[0].axis.fastest, torque)
         joined = sequence(runs)
@@ -153,7 +87,7 @@ def judge_declaration(
     except BadInput:  # too slow, too short or at rest: whoever learns or traces says so
         return nothing
     is_slow = float(np.median(np.diff(joined.streams()[YAW_RATE][0]))) >= MIN_STEP_IN_MILLISECONDS
-    found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia, cures, words, is_slow))
+    found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia, runs[0], is_slow))
     counts = torque_sign(samples, inertia, joined.streams()[TORQUE], signals.smoothing)
     if counts is None:
         return found
@@ -169,13 +103,13 @@ def judge_declaration(
         known = (
             f"{words.effort} and {words.rate} count in opposite directions, and no delay up to {SIGN_DELAYS_S[-1]:g} s"
         )
-        return replace(found, sign=f"{known} explains this; leave out --assume-sign to see the cure")
+        return replace(found, sign=f"{known} explains this; {cure('sign assumed', runs[0].axis)}")
     either = f", or the {words.effort} acts {counts.delay:.2g} s after its stamps" if counts.may_be_late else ""
     opposite = f"{words.effort} and {words.rate} count in opposite directions{either}"
-    return replace(found, sign=f"{opposite}; turn the sign of one of them ({cures.of_sign})")
+    return replace(found, sign=f"{opposite}; turn the sign of one of them ({cure_of_sign(runs[0])})")
 
 
-def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures, words: AxisWords, is_slow: bool) -> str | None:
+def _doubt(shown: ApparentInertia | None, declared: float, run: Recording, is_slow: bool) -> str | None:
     """A sentence where the declared inertia [kg m²] and the torque do not fit each other by a factor.
 
     Args:
@@ -183,18 +117,21 @@ def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures, words: 
     """
     if shown is None or not shown.contradicts(declared):
         return None
+    axis, words = run.axis, words_of(run.axis)
     asks = (
         f"the declared {words.inertia} needs {shown.asked:.2g} times the {words.effort} in this log ({declared:.4g} "
         f"{words.inertia_unit} declared, about {shown.middle:.2g} {words.inertia_unit} by the motion)"
     )
-    if cures.in_radians and DEGREE_FACTORS[0] <= shown.middle / declared <= DEGREE_FACTORS[1]:
-        return f"{asks}, as if a {words.rate} in rad/s were read as deg/s, as its name says: give `{cures.in_radians}`"
-    unit, own = _unit(shown, declared, words.effort), "declare the vehicle's own with --inertia"
+    in_degrees = run.places.get(axis.rate, "").endswith(":deg/s")
+    if in_degrees and DEGREE_FACTORS[0] <= shown.middle / declared <= DEGREE_FACTORS[1]:
+        mends = cure("radians", axis, column=column(run, axis.rate, ":rad/s"))
+        return f"{asks}, as if a {words.rate} in rad/s were read as deg/s, as its name says: {mends}"
     if is_slow and MILLISECOND_FACTORS[0] <= shown.middle / declared <= MILLISECOND_FACTORS[1]:
-        return f"{asks}, as if stamps in milliseconds were read as seconds: give `--column t=t:ms`, or {own}"
+        return f"{asks}, as if stamps in milliseconds were read as seconds: {cure('milliseconds', axis)}"
+    unit, scale = _unit(shown, declared, words.effort), column(run, axis.effort, "*SCALE")
     if unit is not None:
-        return f"{unit}: scale it with `{cures.scale}`; {asks}: if the {words.effort} is in {words.effort_unit}, {own}"
-    return f"{asks}: check the {words.inertia}, or the {words.effort}'s unit with `{cures.scale}`; {own}"
+        return f"{unit}: {cure('scale', axis, column=scale)}; {asks}: {cure('own inertia', axis)}"
+    return f"{asks}: {cure('inertia or scale', axis, column=scale)}"
 
 
 def _unit(shown: ApparentInertia, declared: float, effort: str) -> str | None:
@@ -221,8 +158,7 @@ def _refuse_pulses(recording: Recording) -> None:
     words = words_of(recording.axis)
     raise BadInput(
         f"{recording.name}: the {words.effort} looks like a servo's pulse in µs ({low:.4g} to {high:.4g}, about "
-        f"{NEUTRAL_PULSE_US:g}): give the {words.moment} in {words.effort_unit} instead, or describe the thrusters in "
-        "a --config FILE (inputs.thrusters)"
+        f"{NEUTRAL_PULSE_US:g}): {cure('pulses', recording.axis)}"
     )
 
 

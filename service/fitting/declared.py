@@ -17,6 +17,7 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import TorqueKind
 from service.cli.progress import progress
 from service.config.configuration import Config
+from service.fitting.cures import cure
 from service.fitting.other_velocities import coupled_axis
 from service.fitting.request import Request
 from service.number import decimal_comma, number_of
@@ -24,11 +25,6 @@ from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import signals_for
 
 ESTIMATE = "estimate"
-INERTIA_MISSING = (
-    "the {inertia} is not known; give --inertia I with the {moment_of_inertia} and its added mass in {inertia_unit} "
-    "(from a model of the hull, a pendulum test, or the maker), --inertia estimate to estimate it from these "
-    "recordings if they are open-loop runs, or --config FILE with vehicle.inertia"
-)
 ESTIMATE_LIMITS = (
     "the estimate assumes a correct {effort} and open-loop runs: a thrust gain of g appears as I/g, a delay of the "
     "thrusters as {inertia}"
@@ -73,14 +69,13 @@ class Declared:
         wanted, torque = request.inertia, request.torque_set(config)
         coupled = coupled_axis(config, axis, every)
         if coupled is not None and wanted is not None:
-            raise BadInput(
-                f"--inertia {wanted}: the body that is declared has {coupled.inertia:g}; leave out one of the two"
-            )
+            has = f"the body that is declared has {coupled.inertia:g}"
+            raise BadInput(f"--inertia {wanted}: {has}; {cure('inertia twice', axis)}")
         if coupled is not None:
             return Declared(coupled.inertia, None, coupled, torque)
         if wanted is None:
             if not config.vehicle.inertia_said:
-                raise BadInput(words_of(axis).fill(INERTIA_MISSING))
+                raise BadInput(f"the {words_of(axis).inertia} is not known; {cure('inertia', axis)}")
             return Declared(config.vehicle.inertia, torque=torque)
         if wanted != ESTIMATE:
             return Declared(positive(wanted, words_of(axis)), torque=torque)

@@ -5,7 +5,6 @@ A fault of one recording looks like a change of the vehicle, or spoils the fit o
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from functools import reduce
 from math import degrees
@@ -24,8 +23,9 @@ from incsvr.checks.own_motion import (
 )
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from incsvr.plant.axes import AXES, Axis
+from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
+from service.fitting.cures import column, cure, turned
 from service.logs.candidates import heading_in_degrees
 from service.recordings.recording import Recording
 from service.recordings.velocities import heading_at
@@ -43,21 +43,6 @@ MAX_LEFT = 0.05
 """Share of an effort that is left at most where a delay is known well."""
 MIN_FRAME_LEFT = 0.05
 """Share that is left at least where velocities may be those of another place or frame."""
-
-
-def column(run: Recording, name: str, change: str, several: bool) -> str:
-    """The flag that changes one quantity of one log: `-` turns its sign, `*2` or `:deg/s` comes after its field."""
-    place = run.places.get(name, name)
-    if change == "-":
-        place = place.removeprefix("-") if place.startswith("-") else f"-{place}"
-    elif change.startswith("*"):
-        field, mark, unit = place.partition(":")
-        place = f"{field}{change}{mark}{unit}"
-    else:
-        place = f"{place.partition(':')[0]}{change}"
-    text = f"{run.name}:{name}={place}" if several else f"{name}={place}"
-    plain = text.replace("*", "")
-    return f"--column {text if shlex.quote(plain) == plain else shlex.quote(text)}"
 
 
 MIN_EFFORT = 1e-9
@@ -100,12 +85,9 @@ def refuse_odd(runs: Sequence[Recording], axes: Sequence[Axis], sign_known: bool
         words = words_of(axis)
         for run, found in seen:
             if found.opposed and not sign_known:
-                held = not run.places or axis.effort in run.places  # thrusters make the effort else
-                turned_one = column(run, axis.effort if held else axis.rate, "-", several)
-                raise BadInput(
-                    f"{run.name}: {words.name} {words.effort} and {words.rate} count in opposite directions; turn one "
-                    f"of them: {turned_one}"
-                )
+                opposite = f"{words.name} {words.effort} and {words.rate} count in opposite directions"
+                mends = cure("sign of a log", axis, column=turned(run, axis, several)[1])
+                raise BadInput(f"{run.name}: {opposite}; {mends}")
         for run, found in seen if several else ():
             others = [other for each, other in seen if each is not run]
             if others:
@@ -125,8 +107,7 @@ def _refuse_unit(run: Recording, found: Response, others: Sequence[Response], ax
     ):
         raise BadInput(
             f"{run.name}: its {words.rate} is {found.speed / speed:.2g} times that of the other logs, and its inertia "
-            f"1/{1.0 / inertia:.2g} of theirs: it looks like degrees per second; give "
-            f"{column(run, axis.rate, ':deg/s', True)}"
+            f"1/{1.0 / inertia:.2g} of theirs: {cure('degrees', axis, column=column(run, axis.rate, ':deg/s', True))}"
         )
     drag = found.drag_at(speed) / float(np.median([each.drag_at(speed) for each in others]))
     theirs = [each.inertia for each in others]
@@ -143,7 +124,7 @@ def _refuse_unit(run: Recording, found: Response, others: Sequence[Response], ax
     share = ", as a share of full thrust is (all within ±1)" if found.reach <= 1.0 else ""
     raise BadInput(
         f"{run.name}: all its {words.effort}s are {factor:.3g} times those of the other logs, inertia and drag alike"
-        f"{share}: another unit; give {column(run, axis.effort, f'*{1.0 / factor:.3g}', True)}"
+        f"{share}: {cure('unit of a log', axis, column=column(run, axis.effort, f'*{1.0 / factor:.3g}', True))}"
     )
 
 
@@ -163,7 +144,7 @@ def _refuse_delay(run: Recording, found: Response, others: Sequence[Response], a
     late, early = (words.rate, words.effort) if apart > 0.0 else (words.effort, words.rate)
     raise BadInput(
         f"{run.name}: the {late} is {abs(apart):.2g} s later against the {early} than in the other logs: a filter, or "
-        "the stamps, of this recording; export it again without, or leave this log out"
+        f"the stamps, of this recording; {cure('delay of a log', axis)}"
     )
 
 
@@ -177,7 +158,7 @@ def _refuse_hands(runs: Sequence[Recording], parts: Sequence[Filtered]) -> None:
     both = (column(run, name, "-", mixed) for name in ("sway", "sway_force") if name in run.body_streams())
     raise BadInput(
         f"{run.name}: sway counts in the other direction than surge and yaw (or yaw than surge and sway): the Coriolis "
-        f"forces of all of them are reversed; turn it: {' '.join(both)}"
+        f"forces of all of them are reversed; {cure('hands', YAW, column=' '.join(both))}"
     )
 
 
@@ -193,8 +174,8 @@ def refuse_frame(runs: Sequence[Recording]) -> None:
     for run, _, _ in seen:
         streams = run.body_streams()
         if "heading" in streams and heading_in_degrees(streams["heading"], streams["yaw_rate"]):
-            flag = column(run, "heading", ":deg", len(runs) > 1)
-            raise BadInput(f"{run.name}: heading looks like degrees and is read as radians: give {flag}")
+            mends = cure("heading", YAW, column=column(run, "heading", ":deg", len(runs) > 1))
+            raise BadInput(f"{run.name}: heading looks like degrees and is read as radians: {mends}")
     parts = [part for _, part, _ in seen]
     whole, headings = reduce(Filtered.joined, parts), [each for _, _, each in seen if each is not None]
     found = planar(whole)
@@ -211,7 +192,7 @@ def refuse_frame(runs: Sequence[Recording]) -> None:
         ahead = f"{abs(place[0]):.2f} m {'ahead of' if place[0] > 0.0 else 'behind'}"
         raise BadInput(
             f"surge and sway are the velocities of a place {ahead} where the efforts act, and {abs(place[1]):.2f} m "
-            f"beside it; give it: --set 'inputs.velocity_place=[{place[0]:.2f}, {place[1]:.2f}, 0]'"
+            f"beside it; {cure('place', YAW, ahead=place[0], aside=place[1])}"
         )
 
 
@@ -220,14 +201,12 @@ def _of_world(run: Recording, frame: str, mirrored: bool, with_heading: bool) ->
     north, east = frame.split("_")
     looks = f"surge and sway look like velocities to the {north} and {east}: turned by the "
     if not with_heading:
-        return (
-            f"{looks}integral of the yaw rate, they explain the efforts; record the heading, name it by --column "
-            f"heading=NAME, and give --set inputs.velocity_frame={frame}"
-        )
+        mends = cure("frame without heading", YAW, frame=frame)
+        return f"{looks}integral of the yaw rate, they explain the efforts; {mends}"
     side = "surge" if frame == "east_north" else "sway"
     turn = f"{column(run, side, '-', False)} " if mirrored else ""
     other = ", east counted to the other side than the heading" if mirrored else ""
-    return f"{looks}heading{other}, they explain the efforts; give {turn}--set inputs.velocity_frame={frame}"
+    return f"{looks}heading{other}, they explain the efforts; {cure('frame', YAW, column=turn, frame=frame)}"
 
 
 def _in_plane(runs: Sequence[Recording]) -> list[tuple[Recording, Filtered, Array | None]]:

@@ -26,6 +26,7 @@ from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 from incsvr.signals.smoothing import smooth
 from service.config.configuration import Config
+from service.fitting.cures import cure
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
@@ -35,10 +36,6 @@ EFFECTS_OF_REMAINDER = (
 )
 """A template of `AxisWords`."""
 BODY_PARTS = (CORIOLIS, COUPLED_INERTIA, RESTORING)
-VELOCITIES_CURE = (
-    "give --set vehicle.mass_matrix=…, learn over them with --set learner.inputs=…, or let `incsvr trace` find their "
-    "effects"
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +60,7 @@ class OtherVelocities:
             return (
                 NO_OTHER_VELOCITIES
                 if sentence is None
-                else OtherVelocities(None, {}, (f"{sentence}; {VELOCITIES_CURE}",))
+                else OtherVelocities(None, {}, (f"{sentence}; {cure('other velocities', joined.axis)}",))
             )
         parts = {name: part for name, part in samples.parts.items() if name in BODY_PARTS}
         return OtherVelocities.of_parts(coupled, parts, samples.raw[TORQUE])

@@ -16,7 +16,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import MEASURED
-from service.fitting.declaration import SIGN, Cures
+from service.fitting.cures import SIGN, with_cure
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, refuse_bursts, remarks_of, signals_for
 
@@ -48,7 +48,7 @@ def with_heading_sign(recordings: Sequence[Recording], sensors: Sequence[Sensors
     for recording, said in zip(recordings, sensors, strict=True):
         if said.refusal is not None:
             rows = "" if said.refusal.kind == SIGN else ", and leave these rows out"
-            raise BadInput(f"{recording.name}: {Cures.of(recordings[0]).sentence(said.refusal)}{rows}")
+            raise BadInput(f"{recording.name}: {with_cure(said.refusal, recordings[0])}{rows}")
     return [
         replace(recording, columns={**recording.columns, HEADING: -recording.columns[HEADING]})
         if said.heading_reversed

@@ -19,8 +19,9 @@ from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.progress import progress
-from service.fitting.declaration import Cures, Declaration
-from service.fitting.other_velocities import VELOCITIES_CURE, coupling_sentence
+from service.fitting.cures import cure, with_cure
+from service.fitting.declaration import Declaration
+from service.fitting.other_velocities import coupling_sentence
 from service.fitting.terms import SMOOTHING, TORQUE_KIND, Terms
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import Errors, remarks_of, with_smoothing
@@ -88,7 +89,7 @@ def best_training(
             signals, in_force = error.measured, in_force | {TORQUE_KIND}
             said.append(error.because)
             continue
-        _refuse(sequence(runs), training, terms, declaration, Cures.of(runs[0]))
+        _refuse(runs, training, terms, declaration)
         quick = None if declaration.doubt is not None else resolution_fault(training.samples, signals.smoothing)
         best = None
         if quick is not None:
@@ -177,13 +178,13 @@ def _of_a_command(
     )
 
 
-def _refuse(joined: Recording, training: Training, terms: Terms, declaration: Declaration, cures: Cures) -> None:
+def _refuse(runs: Sequence[Recording], training: Training, terms: Terms, declaration: Declaration) -> None:
     """Refuses recordings of which most is wrong from beginning to end, because no curve that is learned of them is
     right; and those from which too little can be learned, with why, and what to drive."""
-    verdicts, batch = training.verdicts, training.settings.batch
+    joined, verdicts, batch = sequence(runs), training.verdicts, training.settings.batch
     aside = [verdict for verdict in verdicts if not verdict.learn]
     if 2 * len(aside) > len(verdicts) and sum(verdict.learn for verdict in verdicts) < YOUNG_CURVE_BATCHES:
-        raise BadInput(f"{joined.name}: {cures.sentence(aside[0].findings[0])}")
+        raise BadInput(f"{joined.name}: {with_cure(aside[0].findings[0], runs[0])}")
     idle, excitation = not joined.streams()[TORQUE][1].any(), training.excitation
     little = idle or 2 * excitation.driven < batch
     if training.model.is_trained and not little:
@@ -196,11 +197,13 @@ def _refuse(joined: Recording, training: Training, terms: Terms, declaration: De
     drive = in_words_of(joined.axis, EXCITING_MANOEUVRE)
     by_others = not idle and terms.coupled is None
     pushed = coupling_sentence(joined, training.samples, training.signals) if by_others else None
-    besides = "" if pushed is None else f"; or other velocities caused it: {pushed}; {VELOCITIES_CURE}"
+    besides = (
+        "" if pushed is None else f"; or other velocities caused it: {pushed}; {cure('other velocities', joined.axis)}"
+    )
     doubted = next((each.findings[0] for each in verdicts if each.findings), None)
     why = f"too little motion to learn from: {made}; {drive}"
     if doubted is not None and not little:
-        why = f"no samples are usable: {cures.sentence(doubted)}"
+        why = f"no samples are usable: {with_cure(doubted, runs[0])}"
     raise BadInput(f"{joined.name}: {why}{besides}")
 
 
@@ -266,23 +269,19 @@ def alternative(
         f"the free run's error on {name} {was} without and {best.error:.3g} {words.rate_unit} with it, and the curve "
         f"{still}"
     )
-    flag, used = _named(best, signals, words.effort)
     if best.setting in terms.by_person:
-        return in_words_of(axis, f"{quick.sentence}; give {flag}: {gain}"), None
+        mends = cure("smoothing" if best.setting == SMOOTHING else "command", axis, width=best.signals.smoothing)
+        return in_words_of(axis, f"{quick.sentence}; {mends}: {gain}"), None
     seen = "" if judged_on is runs else f"; {name} decided it, and is no longer quite unseen"
-    return in_words_of(axis, f"{used}: {gain}{seen}"), best
+    return in_words_of(axis, f"{_used(best, signals, words.effort)}: {gain}{seen}"), best
 
 
-def _named(best: Alternative, before: SignalSettings, effort: str) -> tuple[str, str]:
-    """The flag that sets an alternative, and the words for its use in place of what was before."""
+def _used(best: Alternative, before: SignalSettings, effort: str) -> str:
+    """The words for the use of an alternative in place of what was before."""
     if best.setting == SMOOTHING:
-        width = f"{best.signals.smoothing:g}"
-        return (
-            f"--set signals.smoothing={width}",
-            f"smoothing over {width} s is used, because {before.smoothing:.2g} s is too slow",
-        )
-    used = f"the {effort} is used as a command, constant until the next, not as a measurement"
-    return f"--set signals.torque={COMMANDED}", used
+        width = best.signals.smoothing
+        return f"smoothing over {width:g} s is used, because {before.smoothing:.2g} s is too slow"
+    return f"the {effort} is used as a command, constant until the next, not as a measurement"
 
 
 def _others(

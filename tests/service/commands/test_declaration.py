@@ -20,7 +20,7 @@ from simulator import leng
 from tests.worlds import ROV, mission, slow, trial
 
 STEP = 0.01
-FLAG = "--column torque=…*SCALE"
+FLAG = "--column torque=torque*SCALE"
 
 
 def driven(

@@ -193,17 +193,6 @@ def test_a_fault_of_one_dive_is_no_change_of_the_vehicle(
     judge(paths, *shlex.split(cure[0])) if cure else judge([paths[0], paths[2]])
 
 
-@pytest.mark.parametrize("command", ["fit", "trace"])
-def test_fit_and_trace_name_the_log(tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
-    paths = [str(saved(tmp_path, "may.csv", MAY)), str(saved(tmp_path, "june.csv", turned_by(JUNE, "torque")))]
-    assert main([command, *paths, "--inertia", "0.6"]) == 2
-    said = capsys.readouterr().err
-    assert "june.csv: yaw torque and yaw rate count in opposite directions" in said
-    assert "--column june.csv:torque=-torque" in said
-    if command == "fit":
-        assert main([command, *paths, "--inertia", "0.6", "--column", "june.csv:torque=-torque"]) == 0
-
-
 @pytest.mark.parametrize("words", [["fit", "--inertia", "0.6"], ["trace", "--inertia", "0.6"], ["identify"]])
 def test_every_command_names_a_late_log(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
     dives = (("may", MAY), ("june", {**JUNE, "torque": late(JUNE["torque"], 2)}), ("july", JULY))

@@ -128,7 +128,6 @@ def test_yaw_by_itself_is_what_it_was_to_the_last_bit() -> None:
     [
         (("--set", "vehicle.mass_matrix=1,2,three"), "unable to parse string as a number, not 'three'"),
         (("--set", "vehicle.mass_matrix=45,0,0,0,0,5"), "has 0 for sway"),
-        (("--set", BODY, "--inertia", "60"), "the body that is declared has 60; leave out one of the two"),
     ],
 )
 def test_what_cannot_be_used_is_one_sentence(
