@@ -22,8 +22,8 @@ from incsvr.signals.message_rates import slow_torque
 from service.cli.next_command import LOG_FLAGS, following, with_next
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
-from service.commands.arguments import PLOTS
 from service.config.sources import add_client_arguments, from_arguments
+from service.fitting.results import plots
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.clocks import without_leaps
 from service.inputs.measured_streams import MeasuredStreams
@@ -125,7 +125,7 @@ def _plot(path: Path, summary: LogSummary) -> None:
         raise BadInput(f"{summary.name}: --plot needs a yaw rate: name it with --column yaw_rate=FIELD")
     armed = None if measured.armed is None else arming_spans(*measured.armed)
     units = {name: each["unit"] for name, each in _measured(summary.proposal.inputs, measured).items()}
-    figure = import_module(PLOTS).of_log(summary.name, measured.streams, units, armed)
+    figure = plots().of_log(summary.name, measured.streams, units, armed)
     try:
         figure.savefig(path)
     except (OSError, ValueError) as error:
@@ -172,36 +172,37 @@ class LogSummary:
     """The summary of a log that `inspect` shows: name, format, streams, and those that would be learned from.
 
     Attributes:
+        streams: each topic as the contract tells it: its messages a second, how long it went on [s], and the ranges of
+            its fields.
         degrees: the quantities that look as if they were in degrees.
     """
 
     name: str
     format: str
-    streams: list[Stream]
+    streams: list[dict[str, Any]]
     proposal: Proposal
     measured: MeasuredStreams | None
     degrees: frozenset[str]
 
 
-@dataclass(frozen=True, slots=True)
-class Stream:
-    """One topic as it was seen: its messages a second, how long it went on [s], and the ranges of its fields."""
-
-    topic: Topic
-    rate: float
-    span: float
-    ranges: Mapping[str, tuple[float, float]]
-
-
-def _streams(topics: tuple[Topic, ...], tables: Mapping[str, Table], inputs: Inputs) -> list[Stream]:
+def _streams(topics: tuple[Topic, ...], tables: Mapping[str, Table], inputs: Inputs) -> list[dict[str, Any]]:
     found = []
     for topic in topics:
         table = tables.get(topic.name)
-        ranges = {} if table is None else {name: _range(values) for name, values in table.columns.items()}
-        decoded = () if table is None else tuple(table.columns)
-        fields = tuple(dict.fromkeys((*topic.fields, *decoded)))
+        columns = {} if table is None else table.columns
+        ends = {name: _range(values) for name, values in columns.items()}
         span, rate = (0.0, 0.0) if table is None else _pace(writing_times(table, inputs))
-        found.append(Stream(Topic(topic.name, topic.type, fields, topic.count), rate, span, ranges))
+        found.append(
+            {
+                "name": topic.name,
+                "type": topic.type,
+                "fields": list(dict.fromkeys((*topic.fields, *columns))),
+                "count": topic.count,
+                "rate_hz": rate,
+                "span_s": span,
+                "ranges": {name: list(each) for name, each in ends.items() if np.isfinite(each).all()},
+            }
+        )
     return found
 
 
@@ -224,18 +225,7 @@ def _result(summary: LogSummary) -> dict[str, Any]:
     inputs = proposal.inputs.model_dump(mode="json", exclude_defaults=True)
     return {
         "format": summary.format,
-        "streams": [
-            {
-                "name": each.topic.name,
-                "type": each.topic.type,
-                "fields": list(each.topic.fields),
-                "count": each.topic.count,
-                "rate_hz": each.rate,
-                "span_s": each.span,
-                "ranges": {name: list(ends) for name, ends in each.ranges.items() if np.isfinite(ends).all()},
-            }
-            for each in summary.streams
-        ],
+        "streams": summary.streams,
         "armed": None if measured is None else _armed(measured),
         "proposal": inputs | {"notes": list(proposal.sentences), "missing": dict(proposal.missing)},
         "measured": _measured(proposal.inputs, measured),
@@ -272,24 +262,24 @@ def _text(args: argparse.Namespace, summary: LogSummary) -> str:
     streams = summary.streams
     lines = [f"{summary.name}: {summary.format}, {len(streams)} topic{'' if len(streams) == 1 else 's'}", ""]
     if args.topic is not None:
-        return "\n".join([lines[0], *_fields(next(each for each in streams if each.topic.name == args.topic))])
-    widest = min(max((len(each.topic.name) for each in streams), default=0), 34)
+        return "\n".join([lines[0], *_fields(next(each for each in streams if each["name"] == args.topic))])
+    widest = min(max((len(each["name"]) for each in streams), default=0), 34)
     lines.append(f"{'topic':<{widest}}  messages       Hz  fields")
     for each in streams:
-        fields = [name for name in each.topic.fields if name not in STAMP_FIELDS]
+        fields = [name for name in each["fields"] if name not in STAMP_FIELDS]
         more = f" … {len(fields)}" if len(fields) > SHOWN_FIELDS else ""
         shown = ", ".join(fields[:SHOWN_FIELDS]) or "(not read here)"
         room = WIDTH - widest - 21 - len(more)
         shown = shown if len(shown) <= room else f"{shown[: room - 1]}…"
-        name = shortened(each.topic.name, widest)
-        lines.append(f"{name:<{widest}}  {each.topic.count:8d}  {each.rate:7.4g}  {shown}{more}")
+        name = shortened(each["name"], widest)
+        lines.append(f"{name:<{widest}}  {each['count']:8d}  {each['rate_hz']:7.4g}  {shown}{more}")
     return "\n".join([*lines, "", *_proposed(summary)])
 
 
-def _fields(stream: Stream) -> list[str]:
-    lines = [f"{stream.topic.name}: {stream.topic.count} messages, {stream.rate:.4g} Hz, {stream.span:.4g} s"]
-    for name in stream.topic.fields:
-        low, high = stream.ranges.get(name, (np.nan, np.nan))
+def _fields(stream: Mapping[str, Any]) -> list[str]:
+    lines = [f"{stream['name']}: {stream['count']} messages, {stream['rate_hz']:.4g} Hz, {stream['span_s']:.4g} s"]
+    for name in stream["fields"]:
+        low, high = stream["ranges"].get(name, (np.nan, np.nan))
         lines.append(f"  {name:<40} {low:14.6g} {high:14.6g}")
     return lines
 
@@ -323,7 +313,7 @@ def _lines(name: str, source: Source | Thrusters | None, summary: LogSummary) ->
     measured = _measured(summary.proposal.inputs, summary.measured).get(name)
     if isinstance(source, Source):
         where, unit, factor = f"{source.topic}.{source.field}", units_of(name, source)[0], source.factor
-        ranges = {each.topic.name: each.ranges for each in summary.streams}
+        ranges = {each["name"]: each["ranges"] for each in summary.streams}
         ends = ranges.get(source.topic, {}).get(source.field)
     else:
         where, unit, factor = f"thrusters of {source.topics[0]}", si_unit(name), 1.0
