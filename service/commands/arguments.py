@@ -5,16 +5,20 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping
 from datetime import UTC, datetime
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
-from service.cli.output import add_json_argument, report_destination
+from service.cli.output import add_json_argument, emit, report_destination
 from service.cli.parser import one_of
 from service.config.sources import add_client_arguments, add_set_argument
 from service.logs.dives import DIVE_RULE
 
+UNSEEN_HELP = "unseen recordings, used for validation alone"
 POLICY_HELP = "policy that selects the samples to keep (default: weighted, or as configured)"
 
 
@@ -24,13 +28,10 @@ def add_question_arguments(parser: argparse.ArgumentParser) -> None:
     add_json_argument(parser)
 
 
-def add_recordings_arguments(parser: argparse.ArgumentParser, unseen: str, inertia: str) -> None:
-    """Adds recordings, `--validate` and `--inertia`; what the last two are is said in the words of the help."""
-    parser.add_argument(
-        "recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format; {DIVE_RULE}"
-    )
+def add_recordings_arguments(parser: argparse.ArgumentParser, unseen: str, rule: str = f"; {DIVE_RULE}") -> None:
+    """Adds recordings and `--validate`; what is not learned, and the `rule` of one dive, are words of the help."""
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format{rule}")
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help=unseen)
-    parser.add_argument("--inertia", metavar="I", help=inertia)
 
 
 VEHICLE_HELP = "take mass matrix and weight from this vehicle file (`incsvr identify --write`)"
@@ -59,18 +60,29 @@ def add_report_argument(parser: argparse.ArgumentParser) -> None:
     )
 
 
-REPORT_WRITER = "viewer.report"
-"""Writes a report; loaded when asked for, so that learning and tracing need no drawing library."""
-PLOTS = "viewer.plots"
-"""Draws figures; loaded when asked for."""
+def emit_with_report(
+    args: argparse.Namespace, result: Mapping[str, Any], text: str, write: Callable[[ModuleType], object]
+) -> None:
+    """Prints the result, and keeps it whatever becomes of the report, which `write` makes by the module that draws.
+
+    That is loaded where `--report` was given, so that learning and tracing need no drawing library.
+    """
+    try:
+        emit(args, result, text)
+    finally:
+        if args.report:
+            write(import_module("viewer.report"))
 
 
-def provenance(args: argparse.Namespace, words: Sequence[str] | None = None) -> dict[str, str]:
-    """Recordings, command line (`words`, or those of this process), software and date, each by what to call it."""
-    named = {"recordings": args.recordings, "validated on": args.validate}
+def provenance(args: argparse.Namespace) -> dict[str, str]:
+    """Recordings, command line, software and date, each by what to call it."""
+    named = {
+        "recordings": getattr(args, "recordings", None) or args.dives,
+        "validated on": getattr(args, "validate", None),
+    }
     return {
         **{name: ", ".join(path.name for path in paths) for name, paths in named.items() if paths},
-        "command": shlex.join(["incsvr", *(sys.argv[1:] if words is None else words)]),
+        "command": shlex.join(["incsvr", *sys.argv[1:]]),
         "software": f"incsvr {version('incsvr')}, numpy {version('numpy')}, scipy {version('scipy')}",
         "date": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     }

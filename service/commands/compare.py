@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from importlib import import_module
 from pathlib import Path
 
-from service.cli.output import add_json_argument, emit, refuse_unwritable
+from service.cli.output import add_json_argument, refuse_unwritable
 from service.commands.arguments import (
-    REPORT_WRITER,
     add_configuration_arguments,
     add_report_argument,
+    emit_with_report,
     provenance,
 )
 from service.commands.compare_tables import is_dive_table, run_on_tables, write_dives
@@ -47,9 +46,11 @@ def run(args: argparse.Namespace) -> int:
     result = compare(Request.of(args, "dives"))
     if args.table is not None:
         write_dives(args.table, result.compared, args.name)
-    if args.report:
-        made_of = provenance(argparse.Namespace(recordings=args.dives, validate=[]))
-        writer = import_module(REPORT_WRITER)
-        writer.write_dives(result.compared, explanations(result.compared), args.report, made_of)
-    emit(args, result.to_dict(), str(result))
+    found = result.compared
+    emit_with_report(
+        args,
+        result.to_dict(),
+        str(result),
+        lambda report: report.write_dives(found, explanations(found), args.report, provenance(args)),
+    )
     return 0

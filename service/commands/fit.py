@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from importlib import import_module
 from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.cli.next_command import with_next
-from service.cli.output import add_json_argument, emit
+from service.cli.output import add_json_argument
 from service.commands.arguments import (
     POLICY_HELP,
-    REPORT_WRITER,
+    UNSEEN_HELP,
     VEHICLE_HELP,
     add_configuration_arguments,
     add_recordings_arguments,
     add_report_argument,
     add_sign_argument,
+    emit_with_report,
     provenance,
 )
 from service.fitting.fit import TAKES, fit
@@ -28,10 +28,11 @@ from service.recordings.reading import add_log_arguments
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_recordings_arguments(
-        parser,
-        "unseen recordings, used for validation alone",
-        "inertia with added mass [kg m²], or estimate; else vehicle.inertia of --config",
+    add_recordings_arguments(parser, UNSEEN_HELP)
+    parser.add_argument(
+        "--inertia",
+        metavar="I",
+        help="inertia with added mass [kg m²], or estimate; else vehicle.inertia of --config",
     )
     parser.add_argument(
         "--config",
@@ -67,12 +68,12 @@ def run(args: argparse.Namespace) -> int:
         serve = shlex.join(["incsvr", "serve", "--config", str(args.write)])
         words = with_next(f"{text(found)}\n\n{leave(found, to)}", serve, "continues to learn on the bus")
         result["next"] = serve
-    try:
-        emit(args, result, words)
-    finally:
-        if args.report:
-            writer = import_module(REPORT_WRITER)
-            writer.write_fit(result, found.pictures, args.report, found.axis, provenance(args))
+    emit_with_report(
+        args,
+        result,
+        words,
+        lambda report: report.write_fit(result, found.pictures, args.report, found.axis, provenance(args)),
+    )
     return 0
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from importlib import import_module
 from pathlib import Path
 
-from service.cli.output import add_json_argument, emit, refuse_replacing
+from service.cli.output import add_json_argument, refuse_replacing
 from service.commands.arguments import (
-    REPORT_WRITER,
     add_configuration_arguments,
+    add_recordings_arguments,
     add_report_argument,
+    emit_with_report,
     provenance,
 )
 from service.config.vehicle_file import MARK
@@ -20,17 +20,7 @@ from service.recordings.reading import add_log_arguments
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "recordings", nargs="+", type=Path, metavar="RECORDING", help="logs of any format, one dive each"
-    )
-    parser.add_argument(
-        "--validate",
-        nargs="+",
-        type=Path,
-        default=[],
-        metavar="RECORDING",
-        help="further dives, used for the errors alone",
-    )
+    add_recordings_arguments(parser, "further dives, used for the errors alone", ", one dive each")
     parser.add_argument("--name", default="vehicle", metavar="NAME", help="name of the vehicle (default vehicle)")
     add_configuration_arguments(parser, TAKES, "declare the known entries of the mass matrix of this vehicle file")
     parser.add_argument("--write", type=Path, metavar="FILE", help="file for the vehicle model (YAML)")
@@ -46,9 +36,10 @@ def run(args: argparse.Namespace) -> int:
     if args.write is not None:
         result = result.write(args.write)
     words = "\n".join([*(f"note: {note}" for note in result.notes), *([""] if result.notes else []), str(result)])
-    try:
-        emit(args, result.to_dict(), words)
-    finally:
-        if args.report:
-            import_module(REPORT_WRITER).write_vehicle(result.found, args.report, result.notes, provenance(args))
+    emit_with_report(
+        args,
+        result.to_dict(),
+        words,
+        lambda report: report.write_vehicle(result.found, args.report, result.notes, provenance(args)),
+    )
     return 0

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from importlib import import_module
 
-from service.cli.output import add_json_argument, emit
+from service.cli.output import add_json_argument
 from service.commands.arguments import (
-    REPORT_WRITER,
+    UNSEEN_HELP,
     VEHICLE_HELP,
     add_configuration_arguments,
     add_recordings_arguments,
     add_report_argument,
     add_sign_argument,
+    emit_with_report,
     provenance,
 )
 from service.fitting.request import Request
@@ -21,10 +21,9 @@ from service.recordings.reading import add_log_arguments
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_recordings_arguments(
-        parser,
-        "unseen recordings, used for validation alone",
-        "declared I [kg m²], or estimate; else vehicle.inertia of --config",
+    add_recordings_arguments(parser, UNSEEN_HELP)
+    parser.add_argument(
+        "--inertia", metavar="I", help="declared I [kg m²], or estimate; else vehicle.inertia of --config"
     )
     add_configuration_arguments(parser, TAKES, VEHICLE_HELP)
     add_report_argument(parser)
@@ -35,9 +34,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     traced = trace(Request.of(args), None if args.json == "-" else args.json)
-    try:
-        emit(args, traced.to_dict(), str(traced))  # before any picture: it is kept whatever becomes of that
-    finally:
-        if args.report:
-            import_module(REPORT_WRITER).write(traced.found, args.report, traced.axis, provenance(args))
+    emit_with_report(
+        args,
+        traced.to_dict(),
+        str(traced),
+        lambda report: report.write(traced.found, args.report, traced.axis, provenance(args)),
+    )
     return 0
