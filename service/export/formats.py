@@ -22,9 +22,10 @@ from incsvr.errors import BadInput
 from incsvr.learning.coefficients import Interval
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, VELOCITIES
-from incsvr.plant.terms import RIGHTING, WEIGHT, Term, mass_unit, stage_unit, thrust_name
+from incsvr.plant.terms import RIGHTING, WEIGHT, Term, stage_unit, thrust_name
 from incsvr.vehicle import Vehicle
 from incsvr.vehicle.model import ASSUMED, BOUND_REACHED, STEPS_A_DECAY, UNKNOWN
+from service.fitting.parameters import parameters
 
 ALONG, ABOUT = slice(0, 3), slice(3, 6)
 """Places of the translations and of the rotations in ν."""
@@ -123,18 +124,8 @@ def table(figures: Iterable[tuple[str, Interval, str]]) -> str:
 
 def vehicle_figures(vehicle: Vehicle) -> Iterator[tuple[str, Interval, str]]:
     """The figures of a vehicle by name, with their units; damping counts positive where it opposes."""
-    masses = (
-        (f"{one} inertia" if one == other else f"{one}-{other} inertia", p, mass_unit(one, other))
-        for (one, other), p in vehicle.mass.items()
-    )
-    terms = ((f"{term.axis} {term.name}", p, term.unit) for term, p in vehicle.terms.items())
-    lags = ((f"{axis} thrust lag", p, "s") for axis, p in vehicle.lags.items())
-    stages = (
-        (f"{axis} {thrust_name(name)}", p, stage_unit(axis, name))
-        for axis, of in vehicle.thrust.items() for name, p in of.items()
-    )  # fmt: skip
-    for name, p, unit in (*masses, *terms, *lags, *stages):
-        yield name, Interval(p.value, p.low, p.high), unit
+    for pair, name, unit, p in parameters(vehicle):
+        yield f"{'-'.join(dict.fromkeys(pair))} {name}", Interval(p.value, p.low, p.high), unit
 
 
 def python_module(vehicle: Vehicle, casadi: bool = False) -> str:

@@ -11,7 +11,7 @@ from incsvr.vehicle import compare as compare_dives
 from incsvr.vehicle.causes import causes
 from incsvr.vehicle.compare import Comparison, Value
 from service.cli.next_command import LOG_FLAGS, with_next
-from service.fitting.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
+from service.fitting.each_log import refuse_dives
 from service.fitting.good_enough import MAX_CHANGE_SHARE, Use, good_enough, good_enough_lines, noticing, unknown
 from service.fitting.identify import body_reading, configured
 from service.fitting.request import Request, read_body
@@ -21,7 +21,6 @@ from service.recordings.log_refusals import (
     DIVE_GIVEN_TWICE,
     beside_assumptions,
     notes_of,
-    refuse_implausible,
     refuse_twice,
 )
 from service.recordings.recording import Recording
@@ -86,13 +85,9 @@ def compare(request: Request) -> Dives:
     reading = body_reading(request, config)
     recordings = [read_body(reading, [each])[0] for each in request.recordings]
     refuse_twice(recordings, DIVE_GIVEN_TWICE)
-    for recording in recordings:
-        refuse_implausible(recording, reading.several)
     recordings, order = _in_order(recordings)
     with beside_assumptions(notes_of(recordings)):
-        refuse_idle(recordings, body_axes(recordings))
-        refuse_odd(recordings, body_axes(recordings))
-        refuse_frame(recordings)
+        refuse_dives(recordings)
     streams = [recording.body_streams() for recording in recordings]
     compared = compare_dives(streams, [recording.name for recording in recordings], masses)
     return Dives(replace(compared, order=order), request)

@@ -27,6 +27,7 @@ from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from service.fitting.cures import column, cure, turned
 from service.logs.candidates import heading_in_degrees
+from service.recordings.log_refusals import refuse_implausible
 from service.recordings.recording import Recording
 from service.recordings.velocities import heading_at
 
@@ -43,6 +44,23 @@ MAX_LEFT = 0.05
 """Share of an effort that is left at most where a delay is known well."""
 MIN_FRAME_LEFT = 0.05
 """Share that is left at least where velocities may be those of another place or frame."""
+
+
+def refuse_dives(runs: Sequence[Recording], unseen: Sequence[Recording] = ()) -> None:
+    """Refuses dives of a whole vehicle in which a velocity or an effort is not what its name says.
+
+    Args:
+        unseen: dives that are not fitted; the frame of the velocities is judged by the others.
+
+    Raises:
+        BadInput: naming the log, and the flag that mends it.
+    """
+    every, axes = [*runs, *unseen], body_axes(runs)
+    for run in every:
+        refuse_implausible(run, len(every) > 1)
+    refuse_idle(every, axes)
+    refuse_odd(every, axes)
+    refuse_frame(runs)
 
 
 MIN_EFFORT = 1e-9

@@ -14,7 +14,6 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.mass_and_coriolis import mass_matrix
-from incsvr.plant.terms import mass_unit, stage_unit, thrust_name
 from incsvr.plant.words import words_of
 from incsvr.vehicle import Identified, Parameter, Vehicle
 from incsvr.vehicle import identify as identify_vehicle
@@ -27,13 +26,14 @@ from service.cli.progress import progress
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.vehicle_file import MARK, is_name, read_values, write_vehicle
-from service.fitting.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
+from service.fitting.each_log import refuse_dives
 from service.fitting.good_enough import Use, good_enough, good_enough_lines, without_gyro
+from service.fitting.parameters import parameters
 from service.fitting.request import Request, read_body
 from service.fitting.results import SHOWS_STREAMS, frame, plots
 from service.fitting.sensors import examine_sensors, with_heading_sign
 from service.number import number_of
-from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_implausible, refuse_twice
+from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_twice
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from service.wire.section import entries_of
@@ -98,18 +98,12 @@ class WholeVehicle:
 
     def to_frame(self) -> Any:
         """One row for each parameter of each axis, with its interval, as a DataFrame of pandas."""
-        vehicle = self.found.vehicle
-        named = [
-            (one, "inertia" if one == other else f"inertia with {other}", mass_unit(one, other), parameter)
-            for (one, other), parameter in vehicle.mass.items()
-        ]
-        named += [(term.axis, term.name, term.unit, parameter) for term, parameter in vehicle.terms.items()]
-        named += [(axis, "thrust lag", "s", parameter) for axis, parameter in vehicle.lags.items()]
-        named += [
-            (axis, thrust_name(name), stage_unit(axis, name), p)
-            for axis, of in vehicle.thrust.items() for name, p in of.items()
-        ]  # fmt: skip
-        return frame([{"axis": axis, "parameter": name, "unit": unit, **p.to_dict()} for axis, name, unit, p in named])
+        return frame(
+            [
+                {"axis": pair[0], "parameter": _with_other(name, pair), "unit": unit, **p.to_dict()}
+                for pair, name, unit, p in parameters(self.found.vehicle)
+            ]
+        )
 
 
 def identify(request: Request, began: Began = lambda step, count: None) -> WholeVehicle:
@@ -138,11 +132,7 @@ def _of_recordings(
     runs: list[Recording], unseen: list[Recording], given: Mapping[tuple[str, str], float], name: str, began: Began
 ) -> Identified:
     refuse_twice([*runs, *unseen])
-    for run in (*runs, *unseen):
-        refuse_implausible(run)
-    refuse_idle([*runs, *unseen], body_axes(runs))
-    refuse_odd([*runs, *unseen], body_axes(runs))
-    refuse_frame(runs)
+    refuse_dives(runs, unseen)
     motion = prepared([run.body_streams() for run in runs])
     test = prepared([run.body_streams() for run in unseen]) if unseen else None
     if test is not None:
@@ -286,15 +276,9 @@ def text(found: Identified, written: Path | None = None) -> str:
     for axis in vehicle.axes:
         passive = "" if axis in vehicle.driven else " (no effort acts along it)"
         lines.append(f"{axis}{passive}")
-        for (one, other), parameter in vehicle.mass.items():
-            if one == axis:
-                name = inertia if one == other else f"{inertia} with {other}"
-                lines.append(_row(name, parameter, mass_unit(one, other)))
-        lines += [_row(term.name, p, term.unit) for term, p in vehicle.terms.items() if term.axis == axis]
-        lines += [_row("thrust lag", p, "s") for name, p in vehicle.lags.items() if name == axis]
-        lines += [
-            _row(thrust_name(name), p, stage_unit(axis, name)) for name, p in vehicle.thrust.get(axis, {}).items()
-        ]
+        for pair, name, unit, p in parameters(vehicle):
+            if pair[0] == axis:
+                lines.append(_row(_with_other(inertia if name == "inertia" else name, pair), p, unit))
     lines += ["", *_errors(found)]
     if found.effective:
         lines.append("An effective inertia includes the share of axes that move with it and are not in the recordings.")
@@ -305,6 +289,11 @@ def text(found: Identified, written: Path | None = None) -> str:
     if written is not None:
         lines += ["", f"written to {written}"]
     return "\n".join([*lines, "", *good_enough_lines(uses(found).values())])
+
+
+def _with_other(name: str, pair: tuple[str, str]) -> str:
+    """The name of a parameter along the first axis, where it couples another one."""
+    return name if pair[0] == pair[1] else f"{name} with {pair[1]}"
 
 
 def _row(name: str, parameter: Parameter, unit: str) -> str:

@@ -12,10 +12,9 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.cli.command_line import main, parser_of
-from service.fitting.each_log import body_axes, refuse_frame, refuse_odd
+from service.fitting.each_log import refuse_dives
 from service.fitting.identify import configured
 from service.fitting.request import Request, read_body
-from service.recordings.log_refusals import refuse_implausible
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 
@@ -76,10 +75,7 @@ def judge(paths: list[Path], *flags: str) -> list[Recording]:
     request = Request.of(args, "dives")
     reading = request.reading(configured(request)[0])
     runs = [run for path in paths for run in read_body(reading, [path])]
-    for run in runs:
-        refuse_implausible(run, reading.several)
-    refuse_odd(runs, body_axes(runs))
-    refuse_frame(runs)
+    refuse_dives(runs)
     return runs
 
 
