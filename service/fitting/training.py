@@ -18,7 +18,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MEASURED
-from service.cli.progress import progress
+from service.cli.progress import progress, without_bars
 from service.fitting.cures import cure, with_cure
 from service.fitting.declaration import Declaration
 from service.fitting.other_velocities import coupling_sentence
@@ -80,24 +80,24 @@ def best_training(
         BadInput: too little can be learned.
     """
     said, in_force = list[str](), frozenset[str]()
+    try:
+        training = _training(runs, unseen, signals, terms)
+    except HeldTooSeldom as error:
+        if TORQUE_KIND in terms.by_person:
+            raise
+        training = _training(runs, unseen, error.measured, terms)
+        said, in_force = [error.because], frozenset({TORQUE_KIND})
     while True:
-        try:
-            training = _training(runs, unseen, signals, terms)
-        except HeldTooSeldom as error:
-            if TORQUE_KIND in terms.by_person | in_force:
-                raise
-            signals, in_force = error.measured, in_force | {TORQUE_KIND}
-            said.append(error.because)
-            continue
         _refuse(runs, training, terms, declaration)
-        quick = None if declaration.doubt is not None else resolution_fault(training.samples, signals.smoothing)
+        doubted = declaration.doubt is not None
+        quick = None if doubted else resolution_fault(training.samples, training.signals.smoothing)
         best = None
         if quick is not None:
-            remark, best = alternative(quick, runs, unseen or runs, signals, terms, training.model, in_force)
+            remark, best = alternative(quick, runs, unseen, terms, training, in_force)
             said += [] if remark is None else [remark]
         if best is None:
             return replace(training, said=tuple(said))
-        signals, in_force = best.signals, in_force | {best.setting}
+        training, in_force = best.training, in_force | {best.setting}
 
 
 def _training(
@@ -219,13 +219,13 @@ class Alternative:
 
     Attributes:
         setting: the one that differs.
-        signals: all of them.
+        training: the course with them.
         error: of the free run with them [rad/s].
         share: by how much the curve may still be off, as a part of it.
     """
 
     setting: str
-    signals: SignalSettings
+    training: Training
     error: float
     share: float
 
@@ -233,26 +233,26 @@ class Alternative:
 def alternative(
     quick: ResolutionFault,
     runs: Sequence[Recording],
-    judged_on: Sequence[Recording],
-    signals: SignalSettings,
+    unseen: Sequence[Recording],
     terms: Terms,
-    model: Model,
+    training: Training,
     in_force: frozenset[str],
 ) -> tuple[str | None, Alternative | None]:
     """The remark on motion that is faster than the samples show, if it leaves anything to do, and what to go on with.
 
     Args:
         runs: what was learned from.
-        judged_on: what decides: the unseen recordings, or those learned from where there are none.
-        signals, model: what is in force.
+        unseen: what decides; without them those learned from do.
+        training: what is in force.
         in_force: settings that are alternatives already.
     """
-    before = terms.free_run(judged_on, signals, model)
+    signals, judged_on = training.signals, unseen or runs
+    before = terms.free_run(judged_on, signals, training.model)
     others = [other for other in _others(quick, runs, signals, terms) if other[0] not in in_force]
     better = list[Alternative]()
     with progress("trying other signal settings", len(others)) as advance:
         for setting, other in others:
-            found = _tried(setting, runs, judged_on, signals, terms, other)
+            found = _tried(setting, runs, unseen, terms, other)
             enough = found is not None and (before is None or found.error <= (1.0 - MIN_GAIN_SHARE) * before)
             if found is not None and enough and found.share < quick.share:
                 better.append(found)
@@ -270,7 +270,9 @@ def alternative(
         f"{still}"
     )
     if best.setting in terms.by_person:
-        mends = cure("smoothing" if best.setting == SMOOTHING else "command", axis, width=best.signals.smoothing)
+        mends = cure(
+            "smoothing" if best.setting == SMOOTHING else "command", axis, width=best.training.signals.smoothing
+        )
         return in_words_of(axis, f"{quick.sentence}; {mends}: {gain}"), None
     seen = "" if judged_on is runs else f"; {name} decided it, and is no longer quite unseen"
     return in_words_of(axis, f"{_used(best, signals, words.effort)}: {gain}{seen}"), best
@@ -279,7 +281,7 @@ def alternative(
 def _used(best: Alternative, before: SignalSettings, effort: str) -> str:
     """The words for the use of an alternative in place of what was before."""
     if best.setting == SMOOTHING:
-        width = best.signals.smoothing
+        width = best.training.signals.smoothing
         return f"smoothing over {width:g} s is used, because {before.smoothing:.2g} s is too slow"
     return f"the {effort} is used as a command, constant until the next, not as a measurement"
 
@@ -300,22 +302,16 @@ def _others(
 
 
 def _tried(
-    setting: str,
-    runs: Sequence[Recording],
-    judged_on: Sequence[Recording],
-    signals: SignalSettings,
-    terms: Terms,
-    other: SignalSettings,
+    setting: str, runs: Sequence[Recording], unseen: Sequence[Recording], terms: Terms, other: SignalSettings
 ) -> Alternative | None:
     """The result of other settings; None if they give too few samples, or the model diverges."""
-    joined = sequence(runs)
     try:
-        samples, _ = terms.samples(joined, other)
-        _, iterations, _ = terms.learned(samples, other, terms.settings(joined, samples))
+        with without_bars():
+            training = _training(runs, unseen, other, terms)
     except BadInput:
         return None
-    if not iterations or not iterations[-1].model.is_trained:
+    if not training.iterations or not training.model.is_trained:
         return None
-    error = terms.free_run(judged_on, signals, iterations[-1].model)
-    left = resolution_fault(samples, other.smoothing)
-    return None if error is None else Alternative(setting, other, error, 0.0 if left is None else left.share)
+    error = terms.free_run(unseen or runs, other, training.model)
+    left = resolution_fault(training.samples, other.smoothing)
+    return None if error is None else Alternative(setting, training, error, 0.0 if left is None else left.share)
