@@ -49,10 +49,17 @@ from service.state.restored import restore
 
 @dataclass(frozen=True, slots=True)
 class BatchEnd:
-    """The last stamp of a batch [s], and what was served after it."""
+    """The end of a batch.
+
+    Attributes:
+        time: its last stamp [s].
+        served: what was served after it.
+        paused_since: the first stamp of the batch that paused learning [s]; None where learning goes on.
+    """
 
     time: float
     served: ServedModel
+    paused_since: float | None
 
 
 class LearnerNode:
@@ -156,7 +163,8 @@ class LearnerNode:
                 self._guarded = guarded
             self.current_warnings = self.current_warnings.after(verdict)
             if self.config.tracing.on:  # else nobody takes them, and each holds a model
-                self._batch_ends.append(BatchEnd(self._judged_until, self.served))
+                paused_since = self._guarded.checks.paused_since
+                self._batch_ends.append(BatchEnd(self._judged_until, self.served, paused_since))
             if outcome is not None:
                 return outcome
         self._look(due)
