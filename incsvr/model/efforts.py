@@ -16,6 +16,8 @@ from incsvr.numerics.lapack import dtbtrs
 
 WAYS = ("linear", "hold", "smooth")
 """How an effort gets from one of its samples to the next."""
+GAP_EDGE = 0.1
+"""Part of a gap's half width over which its thrust sets in, so that a fit sees in which direction it is wider."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +26,8 @@ class Stage:
 
     Attributes:
         exponent: τ → τ₀ (τ/τ₀)ᵖ, τ₀ being `top`, the effort at which the curve gives what is demanded.
-        dead: half width of the dead band [effort].
+        dead: half width of the dead band, beyond which the thrust begins at nothing [effort].
+        gap: half width of a dead band beyond which all of the demanded effort acts [effort].
         limit: saturation: the largest effort that acts [effort].
         reverse: thrust astern as a share of the thrust ahead at the same demand.
         shift: dead time [s]; negative where the effort's stamps are late.
@@ -33,6 +36,7 @@ class Stage:
 
     exponent: float | None = None
     dead: float | None = None
+    gap: float | None = None
     limit: float | None = None
     reverse: float | None = None
     shift: float = 0.0
@@ -45,6 +49,8 @@ class Stage:
             u = top * np.sign(u) * np.abs(u / top) ** self.exponent
         if self.dead is not None:
             u = u - np.clip(u, -abs(self.dead), abs(self.dead))
+        if self.gap is not None:
+            u = u * np.clip((np.abs(u) / self.gap - 1.0) / GAP_EDGE + 0.5, 0.0, 1.0)
         if self.limit is not None:
             u = np.clip(u, -self.limit, self.limit)
         if self.reverse is not None:
@@ -58,6 +64,10 @@ class Stage:
             u = np.where(u < 0.0, u / self.reverse, u)
         if self.limit is not None:
             u = np.clip(u, -self.limit, self.limit)
+        if self.gap is not None:
+            u = np.where(
+                np.abs(u) < 0.5 * self.gap, 0.0, np.sign(u) * np.maximum(np.abs(u), (1.0 + 0.5 * GAP_EDGE) * self.gap)
+            )
         if self.dead is not None:
             u = u + np.sign(u) * abs(self.dead)
         if self.exponent is not None:

@@ -155,7 +155,7 @@ def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, 
 
 
 def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
-    """What remains without the effects whose size the recordings hide, and those: they move the others' sizes.
+    """What remains without the effects whose size the recordings hide, and those; the last of them leaves first.
 
     In open loop the last one leaves, too, while all together hardly better free runs of excluded data.
     """
@@ -166,10 +166,10 @@ def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
         lost = [(one, each) for one, each in pairs if not has_size(each.interval, traced.inertia, traced.sample)]
         late = [(one, each) for one, each in pairs if each.effect in ("torque_lag", "torque_delay")]
         if len(late) == 2 and any(pair in lost for pair in late):  # beside each other either may lose its size
-            lost = [pair for pair in lost if pair not in late]
-            lost.append(min(late, key=lambda pair: remaining(traced.found, [pair[0].name]).value))
+            lost = [min(late, key=lambda pair: remaining(traced.found, [pair[0].name]).value)]
         elif len(late) == 2 and _only_smooth([each for _, each in late]):
-            lost += late
+            lost = late
+        lost = lost if lost == late else lost[-1:]  # the last one may have hidden the size of those before
         why = NO_SIZE
         if not lost and not traced.closed and not any(_better(traced, name) for name in (EFFECTS, f"{EFFECTS}{FREE}")):
             lost, why = [pairs[-1]], NO_GAIN

@@ -126,6 +126,12 @@ WORDS: dict[str, Word] = {
         "the thrusters have a dead band: they give nothing while the commanded {moment} is small",
         "small commands within the band, beside larger ones",
     ),
+    "gap": Word(
+        "dead_zone", _THRUST, of_stage("half_width_nm", "gap"),
+        "a = 0 for |τ| < w, a = τ otherwise",
+        "the thrusters have a dead band: they give nothing while the commanded {moment} is small, and all of it beyond",
+        "small commands within the band, beside larger ones",
+    ),
     "reverse": Word(
         "torque_asymmetry", _THRUST, of_stage("reverse_efficiency", "reverse"),
         "a = e τ for τ < 0, a = τ otherwise",
