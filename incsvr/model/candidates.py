@@ -15,6 +15,8 @@ from incsvr.model.windows import Windows
 
 CURVE = "bend:"
 """The begin of the names of what is another curve of damping."""
+SHAPES = {"dead": "gap", "gap": "dead", "limit": "sag", "sag": "limit"}
+"""Stages that are one effect in two shapes, of which one acts at most."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ def of_curve(candidate: Candidate) -> bool:
 def scales_thrust(name: str) -> bool:
     """Whether an effect changes what an effort does, so that an effort that is mostly noise cannot show it."""
     kind = name.partition("@")[0]
-    stages = ("inertia", "dead", "gap", "exponent", "limit", "reverse", "inflow", "lag", "delay")
+    stages = ("inertia", "dead", "gap", "exponent", "limit", "sag", "reverse", "inflow", "lag", "delay")
     return kind in stages or kind.startswith("thrust_") or kind.endswith(":thrust")
 
 
@@ -154,18 +156,17 @@ def _of_stages(structure: Structure, axis: str, windows: Windows) -> Iterator[Ca
         "dead": [np.log(share * top) for share in (0.03, 0.1, 0.3)],
         "gap": [np.log(share * top) for share in (0.1, 0.2, 0.4)],
         "limit": [np.log(share * top) for share in (0.9, 0.7, 0.5)],
+        "sag": [np.log(share * top) for share in (2.0, 1.0, 0.6)],
         "exponent": [0.1],
     }
     if np.quantile(effort, 0.01) < -0.05 * top and np.quantile(effort, 0.99) > 0.05 * top:
         starts["reverse"] = [0.1]
     have = {kind for kind, of in structure.stages if of == axis}
-    if len(structure.axes) > 1 or have & {"dead", "gap"}:  # a vehicle file has one form of a dead band
-        del starts["gap"]
-    if "gap" in have:
-        del starts["dead"]
+    have |= {SHAPES[kind] for kind in have if kind in SHAPES}
+    have |= {"gap", "sag"} if len(structure.axes) > 1 else set()  # a vehicle file has one shape of each
     for kind, each in starts.items():
         if kind not in have:
             more = structure.plus(stages=[(kind, axis)])
             for at in each:
-                one_sided = kind in ("lag", "dead", "gap", "limit")
+                one_sided = kind in ("lag", "dead", "gap", "limit", "sag")
                 yield Candidate(f"{kind}@{axis}", more, {f"{kind}:{axis}": float(at)}, one_sided=one_sided)

@@ -29,6 +29,7 @@ class Stage:
         dead: half width of the dead band, beyond which the thrust begins at nothing [effort].
         gap: half width of a dead band beyond which all of the demanded effort acts [effort].
         limit: saturation: the largest effort that acts [effort].
+        sag: saturation that sets in by and by: the effort to which the one that acts bends [effort].
         reverse: thrust astern as a share of the thrust ahead at the same demand.
         shift: dead time [s]; negative where the effort's stamps are late.
         lag: time constant of the actuators [s].
@@ -38,6 +39,7 @@ class Stage:
     dead: float | None = None
     gap: float | None = None
     limit: float | None = None
+    sag: float | None = None
     reverse: float | None = None
     shift: float = 0.0
     lag: float | None = None
@@ -53,6 +55,8 @@ class Stage:
             u = u * np.clip((np.abs(u) / self.gap - 1.0) / GAP_EDGE + 0.5, 0.0, 1.0)
         if self.limit is not None:
             u = np.clip(u, -self.limit, self.limit)
+        if self.sag is not None:
+            u = u / np.cbrt(1.0 + np.abs(u / self.sag) ** 3)
         if self.reverse is not None:
             u = np.where(u < 0.0, self.reverse * u, u)
         return u
@@ -62,6 +66,9 @@ class Stage:
         u = effort
         if self.reverse is not None:
             u = np.where(u < 0.0, u / self.reverse, u)
+        if self.sag is not None:
+            u = np.clip(u, -0.99 * self.sag, 0.99 * self.sag)
+            u = u / np.cbrt(1.0 - np.abs(u / self.sag) ** 3)
         if self.limit is not None:
             u = np.clip(u, -self.limit, self.limit)
         if self.gap is not None:

@@ -31,7 +31,7 @@ ROUND_NUMBERS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """Commands at which people read a thrust, in their decade."""
 FREE = ", free inertia"
 """The end of the names of simulators whose inertia is free."""
-CURVES = ("dead", "gap", "limit", "reverse", "exponent")
+CURVES = ("dead", "gap", "limit", "sag", "reverse", "exponent")
 """Stages of the effort that are a curve of the command."""
 
 

@@ -143,6 +143,11 @@ WORDS: dict[str, Word] = {
         "a = τ for |τ| < L, a = L sgn(τ) otherwise", "the thrust is cut at a limit",
         "commands beyond the limit, beside smaller ones",
     ),
+    "sag": Word(
+        "torque_saturation", _THRUST, of_stage("limit_nm", "sag"),
+        "a = τ / (1 + |τ/L|³)^⅓", "the thrust falls short by and by and bends to a limit L",
+        "commands near the limit and beyond, beside smaller ones",
+    ),
     "exponent": Word(
         "thrust_curve", _THRUST, of_stage("exponent", "exponent"),
         "a = τ₀ sgn(τ) |τ/τ₀|^p, with the highest command τ₀",
