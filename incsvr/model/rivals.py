@@ -53,6 +53,16 @@ def free_runs(model: Fit, windows: Windows, excluded: bool, runaway: float) -> A
     return np.asarray(np.clip(predicted, -most, most))
 
 
+def agreeing(model: Fit, other: Fit, runs: Sequence[Streams]) -> float:
+    """The share of the excluded free runs in which a model of one axis errs less than another."""
+    sums = list[Array]()
+    for each in (model, other):
+        windows = free_windows(each.structure, each.problem.windows.step, runs)
+        errors = windows.measured - free_runs(each, windows, True, 2.0)
+        sums.append(np.asarray(np.bincount(windows.window, errors**2), dtype=np.float64))
+    return float(np.mean(sums[0] < sums[1]))
+
+
 def excluded_free_runs(models: Mapping[str, Fit], runs: Sequence[Streams]) -> dict[str, Array]:
     """(axes,) by name, the RMS error of free runs of each fold by the fit without it [m/s], [rad/s].
 

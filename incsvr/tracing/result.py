@@ -12,6 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
 from incsvr.model.identification import identify, leaving, remaining
+from incsvr.model.rivals import agreeing
 from incsvr.model.scales import motion_scale
 from incsvr.model.series import effort_of, values
 from incsvr.numerics import Array
@@ -203,10 +204,17 @@ def _better(
     traced: Traced,
     name: str,
     least: float = 0.05,  # of their error: effects gain a tenth and more, smoother noise a hundredth
+    sure: float = 0.01,  # of their error, where nearly each free run gains: water that pushes hides the rest
+    agree: float = 0.85,  # seven of eight
 ) -> bool:
     """Whether free runs of excluded data are better with a simulator than with the plain one."""
-    errors = traced.found.excluded
-    return name in errors and float(errors[name][0]) < (1.0 - least) * float(errors[PLAIN][0])
+    found = traced.found
+    if name not in found.excluded:
+        return False
+    left = float(found.excluded[name][0] / found.excluded[PLAIN][0])
+    if left >= 1.0 - least and left < 1.0 - sure:
+        return agreeing(found.models[name], found.models[PLAIN], traced.recordings.streams) >= agree
+    return left < 1.0 - least
 
 
 def _rejected(traced: Traced, hidden: Sequence[RejectedEffect]) -> list[RejectedEffect]:
