@@ -16,8 +16,9 @@ from incsvr.numerics.lapack import dtbtrs
 
 WAYS = ("linear", "hold", "smooth")
 """How an effort gets from one of its samples to the next."""
-GAP_EDGE = 0.1
-"""Part of a gap's half width over which its thrust sets in, so that a fit sees in which direction it is wider."""
+GAP_EDGE = 0.25
+"""Part of a gap's half width over which its thrust sets in: commands that hold fall on few values, and within so much of
+the half width there is one that tells a fit in which direction it is wider."""
 
 
 @dataclass(frozen=True, slots=True)
