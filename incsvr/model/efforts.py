@@ -17,8 +17,8 @@ from incsvr.numerics.lapack import dtbtrs
 WAYS = ("linear", "hold", "smooth")
 """How an effort gets from one of its samples to the next."""
 GAP_EDGE = 0.25
-"""Part of a gap's half width over which its thrust sets in: commands that hold fall on few values, and within so much of
-the half width there is one that tells a fit in which direction it is wider."""
+"""Part of a gap's half width over which its thrust sets in: commands that hold fall on few values, and within so much
+there is one that tells a fit in which direction the gap is wider."""
 
 
 @dataclass(frozen=True, slots=True)
