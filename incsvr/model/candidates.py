@@ -163,7 +163,6 @@ def _of_stages(structure: Structure, axis: str, windows: Windows) -> Iterator[Ca
         starts["reverse"] = [0.1]
     have = {kind for kind, of in structure.stages if of == axis}
     have |= {SHAPES[kind] for kind in have if kind in SHAPES}
-    have |= {"gap", "sag"} if len(structure.axes) > 1 else set()  # a vehicle file has one shape of each
     for kind, each in starts.items():
         if kind not in have:
             more = structure.plus(stages=[(kind, axis)])

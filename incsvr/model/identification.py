@@ -190,7 +190,8 @@ def identify(
     if list(axes) == ["yaw_rate"] and "heading" not in names:  # a heading shows a gyro's zero by itself
         effects |= catalogue.gyro_zero(axes[0], *(found.theta[f"{name}@{axes[0]}"] for name in ("linear", "quadratic")))
     effects = {name: rows for name, rows in effects.items() if name.partition("@")[0].partition(":")[0] not in leave}
-    result = search(base, effects, most, say=say)
+    untried = {f"{name}@{axis}": "it is not tried" for name in leave for axis in axes}
+    result = search(base, effects, most, begun=Found(base.fit, refused=untried), say=say)
     acting = base.fit.problem.windows.runs
     if any(share < 1.0 for share in base.reliability.values()):  # the noise of an effort never acts
         found = plain_fit(found.structure, acting)

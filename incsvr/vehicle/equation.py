@@ -18,8 +18,8 @@ CALLED = {
     "thrust_speed": "inflow", "inflow": "advance",
 }  # fmt: skip
 """Kinds of rows that a vehicle file calls otherwise."""
-LEFT = ("memory", "gyro_bias")
-"""Effects that a vehicle file has no term for."""
+LEFT = ("memory", "gyro_bias", "gap", "sag")
+"""Effects that a vehicle file has no term for; of a dead band and a limit it has one shape each."""
 
 
 def row_of(term: Term) -> Row:
