@@ -193,7 +193,7 @@ WORDS: dict[str, Word] = {
     "drag_step": Word(
         "drag_step", _CLOCK, drag_step_values,
         "I ṙ + d(r) + c r |r| = τ from the instant t_s on; f is the share of the damping's mean power",
-        "the damping {linear}, {force_symbol}_{{{symbol}|{symbol}|}} jumps at one instant: another hull, a payload, "
+        "the damping {linear}, {force_symbol}_{{{symbol}|{symbol}|}} jumps at one instant: a cover, a payload, "
         "something caught",
         "the same {rates} before and after the instant", unsure_instant,
     ),

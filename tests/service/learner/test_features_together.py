@@ -1,4 +1,4 @@
-"""The features of a learner that docs/live.md lets work together, all at once in one learner on a real session."""
+"""The features that docs/configuration.md lets work together, all at once in one learner on a real session."""
 
 from __future__ import annotations
 
