@@ -159,7 +159,7 @@ def _rows(parser: Parser) -> dict[str, str]:
 
 KINDS_OF_EFFECT = {
     "Thrusters": (
-        "lag", "delay", "dead", "reverse", "limit", "thrust_step", "thrust_drift", "exponent", "thrust_speed",
+        "lag", "delay", "dead", "gap", "reverse", "limit", "sag", "thrust_step", "thrust_drift", "exponent", "thrust_speed",
         "modulation:thrust",
     ),
     "Inertia and damping": ("inertia", "drag_drift", "drag_step", "modulation"),
