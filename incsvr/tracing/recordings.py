@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from incsvr.model.series import without_pauses
 from incsvr.numerics import Streams
 from incsvr.plant.axes import of_rate
-from incsvr.tracing.run import Run, pieces, stream
+from incsvr.tracing.run import Run, stream
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +31,12 @@ class Recordings:
     channels: tuple[str, ...]
 
 
-def recordings_of(runs: Sequence[Run], channels: Sequence[str], begin: float | None = None) -> Recordings:
+def recordings_of(
+    runs: Sequence[Run],
+    channels: Sequence[str],
+    begin: float | None = None,
+    fewest: int = 5,  # samples of rate and effort in a piece
+) -> Recordings:
     """Recordings for the engine.
 
     Args:
@@ -38,17 +44,18 @@ def recordings_of(runs: Sequence[Run], channels: Sequence[str], begin: float | N
         begin: the stamp of zero time where other recordings set it; None for the first stamp.
     """
     axis = runs[0].rate_name
-    whole = [piece for run in runs for piece in pieces(run)]
-    zero = min(float(piece.time[0]) for piece in whole) if begin is None else begin
+    zero = min(float(run.time[0]) for run in runs) if begin is None else begin
     spans = sorted((float(run.time[0]), float(run.time[-1])) for run in runs)
     one_clock = all(a[1] <= b[0] for a, b in pairwise(spans))
     found = []
-    for piece in whole:
-        rate = stream(piece, piece.yaw_rate)
-        own = {axis: rate, of_rate(axis).effort: stream(piece, piece.torque)}
-        own |= {name: stream(piece, piece.channels[name]) for name in channels}
+    for run in runs:
+        rate = stream(run, run.yaw_rate)
+        own = {axis: rate, of_rate(axis).effort: stream(run, run.torque)}
+        pair = tuple(own)
+        own |= {name: stream(run, run.channels[name]) for name in channels}
         if one_clock or begin is not None:  # what other recordings were fitted with is read here, too
             own["time"] = (rate[0], rate[0] - zero)
-        found.append(own)
+        parts = without_pauses(own, pair, 10.0)
+        found += [part for part in parts if min(part[name][0].size for name in pair) > fewest]
     names = (*channels, *(("time",) if one_clock else ()))
     return Recordings(axis, tuple(found), zero, one_clock, names)

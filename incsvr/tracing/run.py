@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -48,31 +48,6 @@ def stream(run: Run, values: Array) -> tuple[Array, Array]:
     """The instants at which a stream was sampled, and its values there."""
     here = np.isfinite(values)
     return run.time[here], values[here]
-
-
-def pieces(run: Run) -> list[Run]:
-    """The run cut where one of the two streams pauses for more than a second and ten of its periods."""
-    cuts = []
-    for values in (run.yaw_rate, run.torque):
-        at, _ = stream(run, values)
-        gaps = np.diff(at)
-        cuts += [(at[k], at[k + 1]) for k in np.flatnonzero(gaps > max(1.0, 10.0 * float(np.median(gaps))))]
-    if not cuts:
-        return [run]
-    pieces = []
-    begin = run.time[0]
-    for gap_begin, gap_end in sorted(cuts):
-        if gap_begin > begin:
-            pieces.append(_part(run, begin, gap_begin))
-        begin = max(begin, gap_end)
-    pieces.append(_part(run, begin, run.time[-1]))
-    return [piece for piece in pieces if all(np.isfinite(v).sum() > 5 for v in (piece.yaw_rate, piece.torque))]
-
-
-def _part(run: Run, begin: float, end: float) -> Run:
-    here = (run.time >= begin) & (run.time <= end)
-    channels = {name: values[here] for name, values in run.channels.items()}
-    return replace(run, time=run.time[here], yaw_rate=run.yaw_rate[here], torque=run.torque[here], channels=channels)
 
 
 def check(runs: Sequence[Run]) -> None:
