@@ -13,7 +13,6 @@ from incsvr.numerics import Array, running_integral
 from incsvr.plant.axes import YAW, of_rate
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.gyro import check_gyro
-from incsvr.tracing.thresholds import MIN_SAMPLES
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +109,10 @@ def _integral(run: Run) -> tuple[Array, Array]:
     return at, running_integral(at, rate)
 
 
-def _check_together(runs: Sequence[Run]) -> None:
+def _check_together(
+    runs: Sequence[Run],
+    fewest: int = 200,  # samples of each stream, over all runs, from which on anything is concluded
+) -> None:
     samples = min(
         sum(int(np.isfinite(values).sum()) for values in streams)
         for streams in (
@@ -118,10 +120,8 @@ def _check_together(runs: Sequence[Run]) -> None:
             [run.torque for run in runs],
         )
     )
-    if samples < MIN_SAMPLES:
-        raise BadInput(
-            f"{samples} samples are too few to trace anything; record at least {MIN_SAMPLES}, better ten minutes"
-        )
+    if samples < fewest:
+        raise BadInput(f"{samples} samples are too few to trace anything; record at least {fewest}, better ten minutes")
     rate = np.concatenate([stream(run, run.yaw_rate)[1] for run in runs])
     if np.ptp(rate) <= 1e-9:
         raise BadInput(
