@@ -11,7 +11,10 @@ from math import ceil
 
 import numpy as np
 
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.forecasting.learned_motion import LearnedDamping, simulated
 from incsvr.learning.model import Model
+from incsvr.model.series import effort_of
 from incsvr.numerics import Array, Streams, root_mean_square
 from incsvr.plant.body import Coupled
 from incsvr.signals import TORQUE, YAW_RATE
@@ -121,6 +124,33 @@ def free_runs(pieces: Sequence[tuple[Motion, Streams]], inertia: float, model: M
         curve = tabulated(lambda rates: model.predict(rates).damping, 2.0 * max(fastest, 1e-3))
         return [_free_run(motion, inertia, curve) for motion, _ in pieces]
     return [_free_run(motion, inertia, _beside(model, streams)) for motion, streams in pieces]
+
+
+def traced_free_runs(
+    pieces: Sequence[tuple[Motion, Streams]],
+    damping: Callable[[Array], Array],
+    effects: Compensation,
+    steps: float = 40.0,  # in the vehicle's time scale
+) -> list[FreeRun]:
+    """The free run of each motion under a learned curve and traced effects, on the engine.
+
+    Args:
+        damping: d(r), (n,) rad/s → (n,) N m.
+        effects: those that the curve was freed of; the streams of a recording hold what they read.
+    """
+    model, found = effects.model, list[FreeRun]()
+    fastest = max((float(np.abs(motion.yaw_rate).max()) for motion, _ in pieces), default=0.0)
+    curve, step = LearnedDamping.curve(damping, max(fastest, 1e-3)), model.scale / steps
+    for motion, streams in pieces:
+        time, rate = motion.rate_time, motion.yaw_rate
+        edges = time[0] + step * np.arange(max(ceil((time[-1] - time[0]) / step - 1e-9), 1) + 1)
+        run = {name: streams[stream] for name, stream in effects.streams.items()}
+        run |= {model.axis: (edges, np.interp(edges, time, rate))}
+        run[effort_of(model.axis)] = motion.torque_time, motion.torque
+        first = np.zeros(1, dtype=np.intp)
+        course = simulated(curve, model.inertia, run, step, first, edges.size - 1, rate[:1], model)
+        found.append(FreeRun(time, rate, np.interp(time, edges, course.states[:, 0, 0])))
+    return found
 
 
 def rmse(runs: Sequence[FreeRun]) -> float | None:
