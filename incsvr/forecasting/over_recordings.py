@@ -14,7 +14,7 @@ import numpy as np
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.forecasting.learned_motion import LearnedDamping, simulated
 from incsvr.learning.model import Model
-from incsvr.model.series import effort_of
+from incsvr.model.series import effort_of, together, without_pauses
 from incsvr.numerics import Array, Streams, root_mean_square
 from incsvr.plant.body import Coupled
 from incsvr.signals import TORQUE, YAW_RATE
@@ -104,17 +104,12 @@ class FitPictures:
 
 def motions(streams: Streams, gap: float) -> list[Motion]:
     """The stretches of a recording in which neither stream pauses for longer than `gap` [s]."""
-    (rate_time, rate), (torque_time, torque) = streams[YAW_RATE], streams[TORQUE]
-    found = []
-    for begin, end in _stretches(rate_time, gap):
-        for torque_begin, torque_end in _stretches(torque_time, gap):
-            start = begin if torque_begin <= begin + gap else torque_begin
-            stop = min(end, torque_end)
-            rates = (rate_time >= start) & (rate_time <= stop)
-            torques = (torque_time >= torque_begin) & (torque_time <= torque_end)
-            if stop - start >= MIN_MOTION_S and rates.any():
-                found.append(Motion(torque_time[torques], torque[torques], rate_time[rates], rate[rates]))
-    return found
+    both = {name: streams[name] for name in (TORQUE, YAW_RATE)}
+    if any(time.size < 2 for time, _ in both.values()):
+        return []
+    parts = (together(part) for part in without_pauses(both, tuple(both), 0.0, gap))
+    found = [Motion(*part[TORQUE], *part[YAW_RATE]) for part in parts]
+    return [motion for motion in found if motion.rate_time.size and np.ptp(motion.rate_time) >= MIN_MOTION_S]
 
 
 def free_runs(pieces: Sequence[tuple[Motion, Streams]], inertia: float, model: Model) -> list[FreeRun]:
@@ -245,12 +240,3 @@ def _free_run(motion: Motion, inertia: float, damping: Damping) -> FreeRun:
     linear = None if motion.linear is None else np.interp(time, motion.torque_time, motion.linear)
     simulated = free_run(time, torque, float(motion.yaw_rate[0]), inertia=inertia, damping=damping, linear=linear)
     return FreeRun(motion.rate_time, motion.yaw_rate, np.interp(motion.rate_time, time, simulated))
-
-
-def _stretches(time: Array, gap: float) -> list[tuple[float, float]]:
-    """First and last stamp of each stretch without a longer pause."""
-    if time.size == 0:
-        return []
-    breaks = np.flatnonzero(np.diff(time) > gap)
-    begins, ends = np.concatenate(([0], breaks + 1)), np.concatenate((breaks, [time.size - 1]))
-    return [(float(time[first]), float(time[last])) for first, last in zip(begins, ends, strict=True)]
