@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array, running_integral
+from incsvr.numerics import Array, Streams, running_integral
 from incsvr.plant.axes import YAW, of_rate
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.gyro import check_gyro
@@ -47,6 +47,16 @@ def stream(run: Run, values: Array) -> tuple[Array, Array]:
     """The instants at which a stream was sampled, and its values there."""
     here = np.isfinite(values)
     return run.time[here], values[here]
+
+
+def as_run(streams: Streams, axis: str = YAW.rate) -> Run:
+    """Streams as the tracer takes them: one column each on the instants of all, NaN where a stream has no value."""
+    time = np.unique(np.concatenate([t for t, _ in streams.values()]))
+    columns = {}
+    for name, (t, values) in streams.items():
+        columns[name] = np.full(time.size, np.nan)
+        columns[name][np.searchsorted(time, t)] = values
+    return Run("the recent data", time, columns.pop("yaw_rate"), columns.pop("torque"), columns, axis)
 
 
 def check(runs: Sequence[Run]) -> None:
