@@ -15,16 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.traced_motion import equation
 from incsvr.forecasting.grid import Grid
-from incsvr.forecasting.learned_damping import LearnedDamping
+from incsvr.forecasting.learned_motion import LINEAR, OUTSIDE, LearnedDamping, simulated
 from incsvr.learning.model import Model
 from incsvr.model.factors import Indices, one_by_one, slopes
-from incsvr.model.rows import ONE, Part, Row, value
 from incsvr.model.series import effort_of
-from incsvr.model.simulation import Course, simulate
-from incsvr.model.windows import beginning_at
-from incsvr.numerics import Array, Streams
+from incsvr.model.simulation import Course
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW
 
 MIN_CORRELATION = 0.05
@@ -105,44 +102,28 @@ def propagate(
 ) -> Runs:
     """As `free_runs`, of a damping in this water."""
     model = None if effects is None else effects.model
-    axis, step = YAW.rate if model is None else model.axis, grid.step
-    rows, streams = damping.rows(axis)
-    beside, more = _of_body(grid, axis)
-    rows, streams = (*rows, *beside), {**streams, **more}
-    if effects is not None:
-        read = {name: stream for name, stream in effects.streams.items() if name != axis}
-        streams |= {name: (grid.time, grid.beside.channels[stream]) for name, stream in read.items()}
-    structure, point = equation(axis, inertia, rows, tuple(streams), model)
-    torque = (grid.time, grid.torque)
-    whole = structure.inertia({}, axis)
-    parts = max(math.ceil(step * damping.steepest / whole), 1)  # of a step, so that no velocity decays within one
+    axis, step, beside = YAW.rate if model is None else model.axis, grid.step, grid.beside
+    parts = max(math.ceil(step / damping.time_constant(inertia)), 1)  # of a step, so that no velocity decays within one
     edges = grid.time[0] + step / parts * np.arange((grid.time.size - 1) * parts + 1)
-    run = {axis: (edges, np.interp(edges, grid.time, grid.rate)), **streams}
-    run[effort_of(axis)] = torque if model is None else model.acting(torque)
-    windows = beginning_at(run, structure, step / parts, parts * first, parts * steps)
-    course = simulate(structure, point, windows, rate[None])
-    r = course.states[::parts, 0]
+    run = {axis: (edges, np.interp(edges, grid.time, grid.rate)), effort_of(axis): (grid.time, grid.torque)}
+    for name, stream in () if effects is None else effects.streams.items():
+        if name != axis:
+            run[name] = grid.time, beside.channels[stream]
+    for name, taken in ((OUTSIDE, beside.outside), (LINEAR, beside.linear)):
+        if taken is not None:
+            run[name] = grid.time, taken
+    course = simulated(damping, inertia, run, step / parts, parts * first, parts * steps, rate, model)
+    r, whole = course.states[::parts, 0], course.motion.structure.inertia({}, axis)
     heading = np.concatenate((np.zeros((1, rate.size)), np.cumsum(0.5 * step * (r[1:] + r[:-1]), axis=0)))
-    slope = _slopes(course, dict(zip(structure.names, point.tolist(), strict=True)))[::parts]
-    slope = np.maximum(slope, 0.0)  # a free run gains no energy: where a curve drives, by its own doubt, it is flat
+    # A free run gains no energy: where a curve drives, by its own doubt, it is flat.
+    slope = np.maximum(_slopes(course)[::parts], 0.0)
     decay = np.exp(-slope * step / whole)
     gain = np.where(slope != 0.0, (1.0 - decay) / np.where(slope == 0.0, 1.0, slope), step / whole)
-    off = gain * damping.doubt_at(edges[windows.at[:-1:parts]], r[:-1])
+    off = gain * damping.doubt_at(edges[course.motion.windows.at[:-1:parts]], r[:-1])
     return Runs(r, heading, *_deviations(water, decay, gain, off, step, rate_sigma))
 
 
-def _of_body(grid: Grid, axis: str) -> tuple[tuple[Row, ...], Streams]:
-    """What the rest of a body takes along a grid, a + b r, as rows and the channels that they read."""
-    parts = {"outside": (grid.beside.outside, ONE), "linear": (grid.beside.linear, value(axis))}
-    rows, channels = list[Row](), dict[str, tuple[Array, Array]]()
-    for name, (values, other) in parts.items():
-        if values is not None:
-            rows.append(Row(f"body:{name}", (Part(axis, value(f"body:{name}"), other),)))
-            channels[f"body:{name}"] = grid.time, values
-    return tuple(rows), channels
-
-
-def _slopes(course: Course, theta: dict[str, float]) -> Array:
+def _slopes(course: Course) -> Array:
     """(steps, n) by how much the moment that drives falls with the velocity, at the beginning of each step [N m s]."""
     motion = course.motion
     (axis,) = motion.structure.axes
@@ -151,12 +132,12 @@ def _slopes(course: Course, theta: dict[str, float]) -> Array:
     signals[effort_of(axis)] = motion.efforts[:, 0, 0]
     found = np.zeros_like(signals[axis])
     for row in motion.structure.rows:
-        part = row.parts[0]
+        part, coefficient = row.parts[0], motion.value[row.key][0]
         for factor, beside in ((part.one, part.other), (part.other, part.one)):
             for number, slope, of in slopes(factor):
                 if of == axis:
                     taken = one_by_one(slope, signals) * one_by_one(beside, signals)
-                    found += number * part.sign * theta[row.key] * taken
+                    found += number * part.sign * coefficient * taken
     return found
 
 

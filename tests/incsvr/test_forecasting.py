@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.traced_motion import traced_free_run_errors
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Grid, Start, forecast
 from incsvr.forecasting.experience import HORIZONS_S, UNTRIED_WIDENING
-from incsvr.forecasting.learned_damping import LearnedDamping
+from incsvr.forecasting.learned_motion import LearnedDamping
 from incsvr.forecasting.other_influences import BY_ITSELF, OtherInfluences
-from incsvr.forecasting.over_recordings import free_run
+from incsvr.forecasting.over_recordings import Motion, free_run, traced_free_runs
 from incsvr.forecasting.propagation import Runs, Water, propagate
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
@@ -47,7 +46,7 @@ def ran(
 ) -> Runs:
     """One free run of a damping (RATES,) under a torque on steps of STEP, without a doubt of the curve."""
     time: Array = STEP * np.arange(torque.size, dtype=np.float64)
-    table = LearnedDamping(float(RATES[1] - RATES[0]), time[:1], damping[None], 0.0 * damping[None])
+    table = LearnedDamping.curve(lambda rate: np.interp(rate, RATES, damping), 1.2)
     grid = Grid(time, STEP, np.full(time.size, rate), torque, 0.5, beside)
     first, starts = np.zeros(1, dtype=np.intp), np.array([rate])
     return propagate(table, water, INERTIA, grid, first, time.size - 1, starts, sigma, effects)
@@ -171,5 +170,5 @@ def test_traced_effects_move_a_forecast_as_they_move_the_engine(effects: tuple[E
     runs = ran(drag(RATES), torque, effects=compensation, beside=beside)
     other = np.sin(0.7 * time)  # from which a free run takes nothing but its first value
     streams = {"yaw_rate": (time, other), "torque": (time, torque), "sway": (time, sway), "heading": (time, still)}
-    (off,) = traced_free_run_errors([streams], compensation, drag)
-    assert np.abs(runs.rate[:, 0] - (off + other)).max() < 0.01 * np.ptp(off + other)
+    (run,) = traced_free_runs([(Motion(time, torque, time, other), streams)], drag, compensation)
+    assert np.abs(runs.rate[:, 0] - run.simulated).max() < 0.01 * np.ptp(run.simulated)
