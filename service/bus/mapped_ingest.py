@@ -30,7 +30,7 @@ from service.inputs.bus_keys import BRIDGE_TOKENS, announced_type
 from service.inputs.input_mapper import InputMapper
 from service.inputs.live_clock import RATE
 from service.inputs.mapper import TORQUE
-from service.inputs.presets.ros import LISTENED_TYPES
+from service.inputs.presets import ROS2
 from service.inputs.settings import Axis, Inputs, Source
 from service.inputs.values import Values
 from service.recordings.archive import Archive
@@ -126,7 +126,7 @@ class Arrivals:
     def _listen(self, token: str) -> None:
         """Listens to what a bridge of ROS 2 announces, where its type is read."""
         found = announced_type(token)
-        if found is not None and found[1] in LISTENED_TYPES and found[0] not in self._hearing.types:
+        if found is not None and found[1] in ROS2.listened and found[0] not in self._hearing.types:
             key, kind = found
             self._hearing.types[key] = kind
             self.subscribe(key)

@@ -11,8 +11,8 @@ import re
 import zenoh
 
 from incsvr.errors import BadInput
+from service.inputs import presets
 from service.inputs.owners import AUTOPILOT, base, instance
-from service.inputs.presets.proposal import keys
 from service.inputs.settings import Inputs
 
 BRIDGE_TOKENS = "@/*/@ros2_lv/MP/**"
@@ -30,10 +30,10 @@ def key_expressions(inputs: Inputs) -> tuple[str, ...]:
     Raises:
         BadInput: a topic is no key expression, or the preset has nothing on a bus.
     """
-    keys_of_preset = None if inputs.preset is None else keys(inputs.preset)
+    keys_of_preset = () if inputs.preset is None else presets.expressions(inputs.preset)
     if inputs.preset not in ("incsvr", None) and not keys_of_preset:
         raise BadInput(f"inputs.preset: {inputs.preset} is a preset of logs; on a bus use ros2, or blueos for MAVLink")
-    wanted = dict.fromkeys(keys_of_preset or ())
+    wanted = dict.fromkeys(keys_of_preset)
     for place in inputs.places():
         for text in expressions(place.topic, inputs.preset):
             try:

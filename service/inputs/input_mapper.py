@@ -17,8 +17,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from service.inputs import ardusub_frames, bus_keys, owners, vehicles
-from service.inputs.ardusub_frames import VehicleParameters
+from service.inputs import ardusub, bus_keys, owners, vehicles
 from service.inputs.arming import MAX_WHOLE_NUMBER, Arming, armed_by
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
@@ -36,10 +35,11 @@ from service.inputs.mapper import (
     take,
 )
 from service.inputs.outputs import without_pulse
+from service.inputs.self_description import VehicleParameters, parameters_in
 from service.inputs.senders import SenderWatch, sentence
 from service.inputs.settings import ARRIVAL, Armed, Axis, Inputs, Source
 from service.inputs.source_binding import SourceBinding, numbers
-from service.inputs.table import MESSAGE, Table, Topic, leaves
+from service.inputs.table import MESSAGE, Table, Topic, leaves, table_of
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import FRACTION
 from service.inputs.values import Values
@@ -257,7 +257,10 @@ class InputMapper:
         if name.endswith("/PARAM_VALUE") and (sender := owners.mavlink(name)) is not None:
             self._map()
             ours = self.system in ("", sender.system)
-            if self._parameters.take(sender.system, binding.message, self._clock.newest if ours else nan) and ours:
+            at = self._clock.newest if ours else nan
+            told = parameters_in(Topic(name, "", (), 0), table_of(binding.message))
+            changed = [self._parameters.take(sender.system, each, value, at) for _, each, value in told]
+            if any(changed) and ours:
                 self._resolve()
         if binding.evidence is None or self._vehicles.is_settled:
             return
@@ -280,7 +283,7 @@ class InputMapper:
         inputs, thrusters = self.inputs, self.inputs.thrusters
         found = list[str]()
         if thrusters is not None and self._configured.thrusters is None and inputs.preset == "blueos":
-            doubt = ardusub_frames.assumption(self.parameters)
+            doubt = ardusub.assumption(self.parameters)
             found += [doubt] if doubt else []
         if not self._early() and has_unknown_voltage(self._resolved.by_key, self._state):
             found.append(

@@ -14,10 +14,11 @@ import numpy as np
 from service.inputs import bus_keys, self_description
 from service.inputs.forms.cdr import has_header
 from service.inputs.live_clock import RATE
+from service.inputs.lookup import propose
 from service.inputs.mapper import TORQUE
 from service.inputs.owners import system_of
-from service.inputs.presets import Observation, Proposal, propose
-from service.inputs.presets.ros import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
+from service.inputs.presets import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
+from service.inputs.proposal import Observation, Proposal
 from service.inputs.settings import ARRIVAL, Armed, Inputs, inside, renamed
 from service.inputs.source_binding import SourceBinding, numbers
 from service.inputs.table import HEADER_STAMP, Topic, table_of, usual_stamp

@@ -18,7 +18,7 @@ from incsvr.plant.axes import AXES
 from service.inputs.clocks import Clock
 from service.inputs.live_clock import RATE, LiveClock
 from service.inputs.outputs import first_movement, least_movement, output
-from service.inputs.presets.proposal import Change
+from service.inputs.proposal import Change
 from service.inputs.settings import ARRIVAL, Armed, Axis, Inputs, Source, Thrusters
 from service.inputs.table import MESSAGE, Table
 from service.inputs.thrust import T200_NOMINAL_V, efforts, is_battery_voltage, is_pulse

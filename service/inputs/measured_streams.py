@@ -28,7 +28,8 @@ from service.inputs.mapper import (
 )
 from service.inputs.marks import without_marks
 from service.inputs.outputs import output, without_pulse
-from service.inputs.presets.proposal import Change
+from service.inputs.proposal import Change
+from service.inputs.self_description import changes_note
 from service.inputs.senders import SENDER, alternates, by_turns, sentence, two_clocks
 from service.inputs.settings import ARRIVAL, Inputs, Place, Source, Thrusters
 from service.inputs.table import ROWS, Assumption, Table
@@ -244,7 +245,7 @@ def _rising(time: Array, values: Array) -> Stream:
     return unique, values[order][first]
 
 
-def _change_sentences(changes: Sequence[Change], clock: Clock) -> list[str]:
+def _change_sentences(changes: Sequence[Change], clock: Clock) -> tuple[str, ...]:
     """The sentence on parameters that changed during the log."""
     said = []
     for change in changes:
@@ -252,12 +253,8 @@ def _change_sentences(changes: Sequence[Change], clock: Clock) -> list[str]:
             at = float(clock.times_of(np.array([change.since]), None)[0][0])
             lost = " (the thrusters are not known then, and nothing is learned)" if change.thrusters is None else ""
             said.append(f"{', '.join(change.parameters)} from {at:.6g} s on{lost}")
-    more = f"; and {len(said) - MAX_CHANGES_NAMED} more" if len(said) > MAX_CHANGES_NAMED else ""
-    return (
-        [f"parameters changed during the log, and apply from then on: {'; '.join(said[:MAX_CHANGES_NAMED])}{more}"]
-        if said
-        else []
-    )
+    more = [f"and {len(said) - MAX_CHANGES_NAMED} more"] if len(said) > MAX_CHANGES_NAMED else []
+    return changes_note([*said[:MAX_CHANGES_NAMED], *more])
 
 
 def _armed(

@@ -8,7 +8,7 @@ name, `SERVO_OUTPUT_RAW`; another one is numbered, `SERVO_OUTPUT_RAW[1]`, in log
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,14 +71,10 @@ def instance(name: str) -> str:
     return found[2] if found else ""
 
 
-def in_order(names: Iterable[str]) -> list[str]:
-    """Names by their instances: the plain one first, then by number, then by name."""
-
-    def place(name: str) -> tuple[bool, float, str]:
-        which = instance(name)
-        return (bool(which), float(which) if which.isdecimal() else float("inf"), which)
-
-    return sorted(names, key=place)
+def instance_place(name: str) -> tuple[bool, float, str]:
+    """The place of a name among those of its message: the plain one first, then by number, then by name."""
+    which = instance(name)
+    return bool(which), float(which) if which.isdecimal() else float("inf"), which
 
 
 AUTOPILOT = 1

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from incsvr.numerics import Array
-from service.inputs.settings import StampUnit
 
+StampUnit = Literal["s", "ms", "us", "ns"]
 ROWS = "rows"
 """The name of the one topic of a log that is a table."""
 MESSAGE = "(message)"

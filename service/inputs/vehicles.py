@@ -13,11 +13,10 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from service.inputs.arming import says_armed
+from service.inputs.lookup import armed_of
 from service.inputs.outputs import MIN_PULSE_MOVEMENT_US, Movement
-from service.inputs.owners import autopilot_message, keelson_subject, system_of
-from service.inputs.presets import keelson
-from service.inputs.presets.mavlink import heartbeat
-from service.inputs.presets.ros import RATE_PATHS, STATE_TYPE, TORQUE_PATHS
+from service.inputs.owners import autopilot_message, base, keelson_subject, system_of
+from service.inputs.presets import COMMAND, OUTPUT_MESSAGE, RATE_PATHS, TORQUE_PATHS, holding
 from service.inputs.settings import Armed, Inputs
 from service.inputs.table import Topic
 
@@ -30,7 +29,6 @@ _REASONS = {
     IS_ARMED: "the first that was armed",
     IS_HEARD: "for none was armed while its outputs moved",
 }
-_PROPELLERS = ("propeller_rate_rpm", "engine_throttle_pct")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,22 +50,16 @@ class VehicleEvidence:
 
 def evidence_of(topic: Topic) -> VehicleEvidence | None:
     """The evidence of a topic on its vehicle; None without any."""
-    system, message = system_of(topic), autopilot_message(topic)
+    system = system_of(topic)
     if not system:
         return None
-    if message == "HEARTBEAT":
-        return VehicleEvidence(system, heartbeat(topic))
-    if message is not None and message.partition("[")[0] == "SERVO_OUTPUT_RAW":
+    if base(autopilot_message(topic) or "") == OUTPUT_MESSAGE:
         outputs = (path for path in topic.fields if path.rpartition(".")[2].startswith("servo"))
         return VehicleEvidence(system, commands=tuple(outputs), least=MIN_PULSE_MOVEMENT_US)
-    if topic.type == STATE_TYPE:
-        return VehicleEvidence(system, Armed(topic=topic.name, field="armed"))
-    if topic.type in TORQUE_PATHS:
-        return VehicleEvidence(system, commands=(TORQUE_PATHS[topic.type],))
-    subject = keelson_subject(topic.name)
-    if subject == keelson.ARMED_SUBJECT:
-        return VehicleEvidence(system, Armed(topic=topic.name, field="value"))
-    return VehicleEvidence(system, commands=("value",)) if subject in _PROPELLERS else None
+    if (armed := holding(topic, "armed")) is not None:
+        return VehicleEvidence(system, armed_of(*armed, topic))
+    commands = holding(topic, COMMAND) or holding(topic, "torque")
+    return None if commands is None else VehicleEvidence(system, commands=(commands[1].field,))
 
 
 def vehicles_with_yaw_rate(topics: Sequence[Topic]) -> list[str]:
@@ -76,11 +68,8 @@ def vehicles_with_yaw_rate(topics: Sequence[Topic]) -> list[str]:
     A part of a ROS name is a vehicle only where a yaw rate and a torque have it in common.
     """
     torques = {system_of(topic) for topic in topics if topic.type in TORQUE_PATHS}
-    found = []
-    for topic in topics:
-        of_ros = topic.type in RATE_PATHS and system_of(topic) in torques
-        if of_ros or autopilot_message(topic) == "ATTITUDE" or keelson_subject(topic.name) == keelson.RATE_SUBJECT:
-            found.append(system_of(topic))
+    rates = [topic for topic in topics if holding(topic, "yaw_rate") is not None]
+    found = [system_of(topic) for topic in rates if topic.type not in RATE_PATHS or system_of(topic) in torques]
     return [system for system in dict.fromkeys(found) if system]
 
 
