@@ -80,8 +80,8 @@ def instance_place(name: str) -> tuple[bool, float, str]:
 AUTOPILOT = 1
 """The component that flies (MAV_COMP_ID_AUTOPILOT1)."""
 _MAVLINK = re.compile(r"(?:^|.*/)mavlink/(\d+)/(\d+)/([A-Z0-9_]+(?:\[[^\[\]]+\])?)$")
-_KEELSON = re.compile(r"^.+/@v\d+/(.+)/pubsub/([a-z0-9_]+)/.+$")
-_RMW = re.compile(r"^\d+/(.+)/[a-z][a-z0-9_]*::msg::dds_::[A-Za-z0-9]+_/[^/]+$")
+_KEELSON = re.compile(r"^(?:.+/)?@v\d+/(.+)/pubsub/([^/]+)/.+$")
+_RMW = re.compile(r"^\d+/(.+)/([a-z][a-z0-9_]*)::msg::dds_::([A-Za-z0-9]+)_/[^/]+$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +121,12 @@ def ros_name(name: str) -> str:
     """A ROS topic as ROS calls it, without its leading slash, by its name in a log or by its key on a bus."""
     found = _RMW.match(name)
     return found[1] if found else name.removeprefix("/")
+
+
+def ros_type(key: str) -> str | None:
+    """The type that a key of rmw_zenoh names, such as `sensor_msgs/msg/Imu`; None where it names none."""
+    found = _RMW.match(key)
+    return None if found is None else f"{found[2]}/msg/{found[3]}"
 
 
 def system_of(topic: Topic) -> str:

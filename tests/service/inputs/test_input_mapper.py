@@ -139,6 +139,7 @@ def test_a_voltage_that_nobody_tells_is_said() -> None:
 
 @settings(max_examples=40)
 @example([("HEARTBEAT", 2.0**63)])
+@example([("PARAM_VALUE", 10**400)])
 @given(st.lists(st.tuples(st.sampled_from(("ATTITUDE", "SERVO_OUTPUT_RAW", "HEARTBEAT", "PARAM_VALUE")), ANYTHING)))
 def test_whatever_comes_nothing_is_raised(messages: list[tuple[str, Any]]) -> None:
     hearing = InputMapper(Inputs(preset="blueos"))
