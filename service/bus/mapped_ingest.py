@@ -174,15 +174,15 @@ class MappedIngest:
         """The messages that wait to be read, as a part of those that may."""
         return self._arrivals.waiting()
 
-    def read(self) -> list[Values]:
-        """The values since the last call; they may be learned from while the vehicle is armed."""
-        came: list[Values] = []
+    def read(self) -> list[tuple[str, Values]]:
+        """The streams' values since the last call; they may be learned from while the vehicle is armed."""
+        came: list[tuple[str, Values]] = []
         arrivals = self._arrivals.take()
         while messages := list(islice(arrivals, TURN_MESSAGES)):
             with self._lock:
                 found = self.mapper.take(messages)
             # A sample is complete when both others have passed it, and takes what there is of channels: they go first.
-            came += [found[name] for name in sorted(found, key=lambda name: {TORQUE: 1, RATE: 2}.get(name, 0))]
+            came += sorted(found.items(), key=lambda each: {TORQUE: 1, RATE: 2}.get(each[0], 0))
         for each in self.mapper.numbers:
             self._watch.add_number(*each)
         self.mapper.numbers.clear()

@@ -26,7 +26,6 @@ from service.inputs.live_clock import RATE, LiveClock
 from service.inputs.mapper import (
     TORQUE,
     FieldPlace,
-    Mapped,
     State,
     has_unknown_voltage,
     read_with,
@@ -239,7 +238,7 @@ class InputMapper:
             if name in (RATE, TORQUE) and getattr(inputs, name) is not None:
                 self._senders.add(name, each.t, each.value)
             if each.t.size:
-                self._came.setdefault(name, []).append(Values(name, each.t, each.value, each.order >= learnable_from))
+                self._came.setdefault(name, []).append(replace(each, learnable=each.order >= learnable_from))
         self.placed |= {name: is_own for (name, _), is_own in own.items()}
 
     def _arm(self, settings: Armed, message: Any) -> None:
@@ -334,7 +333,7 @@ class InputMapper:
         ours = {topic.name for topic in named_topics(self.bindings) if owners.system_of(topic) not in others}
         configured = with_settled_sources(self._configured, self.inputs, {key: self.bindings[key] for key in ours})
         self._resolved = resolve(configured, self.bindings, self.parameters, others)
-        by_key, latest = self._resolved.by_key, dict[FieldPlace, Mapped]()
+        by_key, latest = self._resolved.by_key, dict[FieldPlace, Values]()
         for source in read_with(by_key):
             values = self._newest(source)
             table = Table(None, {source.field: values, MESSAGE: np.full(values.size, -np.inf)}, {})

@@ -24,7 +24,7 @@ from service.inputs.table import Topic, table_of, usual_stamp
 
 SETTLED_MESSAGES = 50
 """Messages after which another key that a preset would rather take comes too late: seconds of a slow stream."""
-EXPECTED_HEARTBEAT = Armed(topic="the autopilot's HEARTBEAT", field="")
+EXPECTED_HEARTBEAT = Armed(topic="HEARTBEAT of the autopilot", field="")
 """The heartbeat that a vehicle of BlueOS will send, before it did."""
 
 

@@ -73,14 +73,15 @@ class _Lookup:
         rate, torque, voltage = sources.pop("yaw_rate"), sources.pop("torque", None), sources.get("voltage")
         thrusters, missing = None, dict[str, str]()
         if preset.outputs:
-            thrusters, reasons["torque"], missing = thrusters_by_outputs(self.observed, voltage, preset.outputs)
+            thrusters, said, missing = thrusters_by_outputs(self.observed, voltage, preset.outputs)
+            reasons = {"torque": said} | {name: each for name, each in reasons.items() if name != "torque"}
         elif torque is None:
             told = [topic for kind in preset.commands for topic in self.topics.get(kind, ())]
             hint = f" (their commands may be {min(told, key=lambda topic: topic.name).name})" if told else ""
             missing["torque"] = preset.torque or f"{NOTHING_FOUND['torque']}{hint}"
         elif torque.unit == FRACTION:
-            said = f"{torque.topic} is a fraction of the full torque, without a unit until a scale is given"
-            reasons["torque"] = (*reasons["torque"], said)
+            doubt = f"{torque.topic} is a fraction of the full torque, without a unit until a scale is given"
+            reasons["torque"] = (*reasons["torque"], doubt)
         inputs = Inputs(
             preset=preset.name,
             yaw_rate=rate,

@@ -16,7 +16,6 @@ from service.inputs.clocks import Clock, pace, pace_note, set_at, table_time, wi
 from service.inputs.mapper import (
     NONE,
     FieldPlace,
-    Mapped,
     State,
     arrival_of,
     battery_of,
@@ -35,6 +34,7 @@ from service.inputs.settings import ARRIVAL, Inputs, Place, Source, Thrusters
 from service.inputs.table import ROWS, Assumption, Table
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import STAMP_UNITS
+from service.inputs.values import Values
 
 UNKNOWN_VOLTAGE = (
     f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V "
@@ -146,7 +146,7 @@ def _with_whole_stamps(places: Sequence[Place], tables: Mapping[str, Table]) -> 
     return found
 
 
-def _first_voltage(inputs: Inputs, tables: Mapping[str, Table]) -> dict[FieldPlace, Mapped]:
+def _first_voltage(inputs: Inputs, tables: Mapping[str, Table]) -> dict[FieldPlace, Values]:
     """The battery's first voltage [V], which holds before it was told."""
     battery = battery_of(inputs)
     rows = NONE if battery is None else real_values(battery, inputs, tables).rows(slice(1))
