@@ -12,8 +12,11 @@ import numpy as np
 
 from service.inputs.arming import MAX_WHOLE_NUMBER
 from service.inputs.owners import autopilot_message, base
+from service.inputs.presets import holding
+from service.inputs.settings import inside
 from service.inputs.table import Table, Topic
 from service.inputs.thrust import is_battery_voltage
+from service.inputs.units import FACTORS
 from service.inputs.vehicle_kind import BUILD_NAMES, SelfDescription
 
 PARAMETER_FIELDS = {"PARM": ("Name", "Value"), "PARAM_VALUE": ("param_id", "param_value")}
@@ -127,12 +130,6 @@ class VehicleParameters:
 
 
 _TEXTS = {"MSG": ("Message",), "STATUSTEXT": ("text", "message.text")}
-_BATTERIES = {
-    "BATTERY_STATUS": (("voltages[0]", "message.voltages[0]"), 1e-3),
-    "BAT": (("Volt",), 1.0),
-    "battery_status": (("voltage_v",), 1.0),
-}
-"""The field of a battery's voltage, and volts over its unit, by the message."""
 _HEARTBEAT, _BUILD = "HEARTBEAT", "VER"
 _FIRMWARES = ("Ardu", "APM", "AntennaTracker", "Blimp")
 """The beginnings of texts that name a firmware."""
@@ -140,8 +137,8 @@ _FIRMWARES = ("Ardu", "APM", "AntennaTracker", "Blimp")
 
 def names(topics: Sequence[Topic]) -> list[str]:
     """The topics in which a vehicle speaks of itself, its parameters among them."""
-    speaking = {_HEARTBEAT, _BUILD, *_TEXTS, *_BATTERIES, *PARAMETER_FIELDS}
-    return [topic.name for topic in topics if base(_message(topic)) in speaking]
+    speaking = {_HEARTBEAT, _BUILD, *_TEXTS, *PARAMETER_FIELDS}
+    return [topic.name for topic in topics if base(_message(topic)) in speaking or holding(topic, "voltage")]
 
 
 def of_vehicle(topics: Sequence[Topic], tables: Mapping[str, Table]) -> SelfDescription:
@@ -161,12 +158,13 @@ def of_vehicle(topics: Sequence[Topic], tables: Mapping[str, Table]) -> SelfDesc
 
 def absent_batteries(topics: Sequence[Topic], tables: Mapping[str, Table]) -> frozenset[str]:
     """The topics of batteries that never show a voltage which a battery can have."""
-    found = []
+    found = list[str]()
     for topic in topics:
-        fields, volts = _BATTERIES.get(base(_message(topic)), ((), 0.0))
-        columns = tables[topic.name].columns if topic.name in tables else {}
-        if fields and not any(name in columns and is_battery_voltage(volts * columns[name]).any() for name in fields):
-            found.append(topic.name)
+        held = holding(topic, "voltage")
+        if held is not None:
+            columns, row = tables[topic.name].columns if topic.name in tables else {}, held[1]
+            volts = FACTORS[row.unit] * columns.get(inside(row.field, topic.fields), np.empty(0))
+            found += [] if is_battery_voltage(volts).any() else [topic.name]
     return frozenset(found)
 
 
