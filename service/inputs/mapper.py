@@ -15,7 +15,7 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from service.inputs.clocks import Clock
 from service.inputs.live_clock import RATE, LiveClock
-from service.inputs.outputs import first_movement, least_movement, output
+from service.inputs.outputs import Ends, first_movement, least_movement, output
 from service.inputs.proposal import Change
 from service.inputs.settings import ARRIVAL, Armed, Axis, Inputs, Source, Thrusters
 from service.inputs.table import MESSAGE, Table
@@ -42,7 +42,7 @@ class State:
         latest: the newest values of what commands are read with, in SI units: those since the newest command.
         commands: the newest of each command; of a log none.
         pulsed: the commands that have borne a pulse; those in another unit that have come.
-        ends: the least and the greatest of each command.
+        ends: the least and the greatest of each command, by the places of all.
         moved: when the commands first moved [s], and its place in the order; None before.
     """
 
@@ -50,7 +50,7 @@ class State:
     latest: Mapping[FieldPlace, Values] = field(default_factory=dict)
     commands: Mapping[FieldPlace, Values] = field(default_factory=dict)
     pulsed: frozenset[FieldPlace] = frozenset()
-    ends: Mapping[FieldPlace, tuple[float, float]] = field(default_factory=dict)
+    ends: Mapping[tuple[FieldPlace, ...], Ends | None] = field(default_factory=dict)
     moved: tuple[float, float] | None = None
 
 
@@ -187,12 +187,9 @@ class _Call:
     def move(self, rows: Values, commands: Sequence[Array], least: float, places: Sequence[FieldPlace]) -> None:
         """Looks at commands (n,) at these rows: how far they have gone, and when they first move."""
         if self.state.moved is None:
-            ends = [self.state.ends.get(place, (np.inf, -np.inf)) for place in places]
-            row, ends = first_movement(commands, least, ends)
+            row, ends = first_movement(commands, least, self.state.ends.get(tuple(places)))
             moved = None if row is None else (float(rows.t[row]), float(rows.order[row]))
-            self.state = replace(
-                self.state, ends={**self.state.ends, **dict(zip(places, ends, strict=True))}, moved=moved
-            )
+            self.state = replace(self.state, ends={**self.state.ends, tuple(places): ends}, moved=moved)
 
     def efforts(self, settings: Thrusters, since: float, until: float, axes: Sequence[Axis]) -> dict[str, Values]:
         """The moments and forces of thrusters as they are within arrivals [s], where each has a command."""
