@@ -19,6 +19,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs import ardusub, bus_keys, owners, vehicles
 from service.inputs.arming import MAX_WHOLE_NUMBER, Arming, armed_by
+from service.inputs.clocks import MAX_DELAY_S
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
 from service.inputs.key_resolution import named_topics, resolve, with_settled_sources
@@ -94,7 +95,7 @@ class InputMapper:
         """Nothing has been heard of the vehicle that is taken from now on."""
         self._arming, self._senders, self._state = Arming(), SenderWatch(), State()
         self._open: list[tuple[SourceBinding, dict[str, list[float]], float, int]] = []
-        self._open_at = nan
+        self._open_at = self._armed_at = nan
         self.placed: dict[str, bool] = {}
 
     @property
@@ -237,8 +238,10 @@ class InputMapper:
         for name, each in streams.items():
             if name in (RATE, TORQUE) and getattr(inputs, name) is not None:
                 self._senders.add(name, each.t, each.value)
+            # What was measured before the vehicle was armed, and comes late over a second link, is not learned from.
+            late = (each.t < self._armed_at) & (each.t > self._armed_at - MAX_DELAY_S)
             if each.t.size:
-                self._came.setdefault(name, []).append(replace(each, learnable=each.order >= learnable_from))
+                self._came.setdefault(name, []).append(replace(each, learnable=(each.order >= learnable_from) & ~late))
         self.placed |= {name: is_own for (name, _), is_own in own.items()}
 
     def _arm(self, settings: Armed, message: Any) -> None:
@@ -249,6 +252,7 @@ class InputMapper:
         elif (armed := armed_by(settings, value)) is not None:
             if armed is not self._arming.armed:
                 self._map()
+                self._armed_at = self._clock.newest if armed else nan
             self._arming.take(armed)
 
     def _look_at_vehicle(self, name: str, binding: SourceBinding) -> None:
