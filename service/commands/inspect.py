@@ -27,7 +27,7 @@ from service.config.sources import add_client_arguments, from_arguments
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.clocks import without_leaps
 from service.inputs.measured_streams import MeasuredStreams
-from service.inputs.presets import Proposal
+from service.inputs.proposal import Proposal
 from service.inputs.settings import Inputs, Source, Thrusters
 from service.inputs.table import Table, Topic
 from service.inputs.units import si_unit, units_of

@@ -16,11 +16,11 @@ from incsvr.errors import BadInput
 from service.config.configuration import Config, merge, unknown, validate
 from service.config.core_yaml import MAX_CHARACTERS, Document, parse
 from service.config.vehicle_file import learners_in
+from service.inputs.presets import ON_BUS
 
 ROUTER = "tcp/127.0.0.1:7447"
 """The endpoint at which the router of BlueOS, of rmw_zenoh and of a Keelson vessel listens; the learner is one more
 client of it."""
-_ROUTED = ("blueos", "ros2", "keelson")
 _PLACES = ("listen", "connect", "zenoh_file")
 _BLUEROV: dict[str, Any] = {
     # A six-thruster ROV: I from a published identification, the rest as `incsvr fit` scaled it to runs of that vehicle
@@ -50,7 +50,7 @@ def defaults(values: Mapping[str, Any]) -> dict[str, Any]:
     preset = inputs.get("preset") if isinstance(inputs, Mapping) else None
     found = dict(_BLUEROV) if preset == "blueos" else {}
     bus = values.get("bus")
-    if preset in _ROUTED and not (isinstance(bus, Mapping) and any(bus.get(name) for name in _PLACES)):
+    if preset in ON_BUS and not (isinstance(bus, Mapping) and any(bus.get(name) for name in _PLACES)):
         found["bus"] = {"connect": ROUTER}
     vehicle = values.get("vehicle")
     if isinstance(inputs, Mapping) and isinstance(inputs.get("thrusters"), Mapping) and isinstance(vehicle, Mapping):

@@ -17,14 +17,14 @@ from incsvr.plant.axes import YAW, Axis
 from service.inputs import self_description
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import ColumnSpec, parse_columns, split_file
+from service.inputs.columns import time_column
+from service.inputs.lookup import propose
 from service.inputs.measured_streams import MeasuredStreams, measure
 from service.inputs.owners import autopilot_message, system_of
-from service.inputs.presets import Observation, Proposal, propose
-from service.inputs.presets.columns import time_column
-from service.inputs.presets.proposal import Change
+from service.inputs.proposal import Change, Observation, Proposal
 from service.inputs.self_description import ParameterEpoch, parameter_epochs
-from service.inputs.settings import Inputs, StampUnit, inside, renamed
-from service.inputs.table import ROWS, Assumption, Table, Topic, usual_stamp
+from service.inputs.settings import Inputs, inside, renamed
+from service.inputs.table import ROWS, Assumption, StampUnit, Table, Topic, usual_stamp
 from service.inputs.units import STAMP_UNITS
 from service.logs import cutting
 from service.logs.candidates import ranks

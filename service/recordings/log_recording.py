@@ -18,7 +18,7 @@ from service.inputs.arming import Spans, arming_spans, is_within
 from service.inputs.clocks import without_leaps
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
-from service.inputs.presets import Proposal
+from service.inputs.proposal import Proposal
 from service.inputs.settings import Inputs, Source
 from service.inputs.units import SI_UNITS, units_of
 from service.logs import Log

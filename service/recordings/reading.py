@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
@@ -14,7 +14,7 @@ from service.cli.progress import progress
 from service.config.configuration import Config
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import of_this_log, split_file
-from service.inputs.settings import Preset
+from service.inputs.presets import NAMES
 from service.inputs.table import ROWS
 from service.logs import Log, open_any
 from service.logs import reading as logs
@@ -231,7 +231,7 @@ def _several(paths: Sequence[Path]) -> int | None:
 
 def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axis: bool = True) -> None:
     """The flags by which a person says what is in a log; of a configuration, and of an axis."""
-    parser.add_argument("--preset", choices=get_args(Preset), help="preset of the vehicle, if the log does not show it")
+    parser.add_argument("--preset", choices=NAMES, help="preset of the vehicle, if the log does not show it")
     parser.add_argument(
         "--column",
         action="append",
