@@ -19,6 +19,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from incsvr.errors import BadInput
+from service.bus.session import answer
 from service.wire import (
     EffectsLedger,
     Form,
@@ -126,15 +127,11 @@ class Bus:
 
     def _ask(self, key: str, parameters: str, form: type[FormType]) -> FormType | None:
         selector = f"{key}?{parameters}" if parameters else key
-        for reply in self._session.get(selector, timeout=ANSWER_TIMEOUT_S):
-            try:
-                if reply.ok is not None:
-                    return decode(form, reply.ok.payload.to_bytes())
-                if reply.err is not None:
-                    log.debug("%s: %s", selector, reply.err.payload.to_string())
-            except BadInput as error:
-                log.warning("%s: %s", selector, error)
-        return None
+        try:
+            return answer(self._session, selector, form, ANSWER_TIMEOUT_S)
+        except BadInput as error:
+            log.warning("%s: %s", selector, error)
+            return None
 
     def _keep(self, snapshot: ModelSnapshot) -> None:
         """A model: it comes before the iteration that made it, which asks for it."""

@@ -13,7 +13,7 @@ Colour = tuple[int, int, int]
 Theme = Literal["dark", "light"]
 
 
-def hexadecimal(colour: Colour) -> str:
+def hexadecimal(colour: tuple[int, ...]) -> str:
     """As matplotlib takes it."""
     return "#{:02x}{:02x}{:02x}".format(*colour)
 

@@ -20,11 +20,11 @@ from service.wire import Keys
 from viewer import window
 from viewer.bus import Bus
 from viewer.compare import Choice
-from viewer.follow import Follower
+from viewer.follow import Follower, Recordings
 from viewer.pages import blueprint
 from viewer.palette import PALETTES, Theme
 from viewer.recorder import Recorder
-from viewer.recording_pages import RecordingPages, RecordingSet
+from viewer.recording import Recording
 
 log = logging.getLogger(__name__)
 
@@ -62,15 +62,15 @@ def run(args: argparse.Namespace) -> int:
     rate = max(abs(end) for end in config.vehicle.rate_range)
     palette = PALETTES[theme]
 
-    def pages(path: Path | None) -> RecordingPages:
+    def opened(path: Path | None) -> Recording:
         layout = blueprint(palette, axis=config.axis_asked)
-        return RecordingPages(Recorder(layout, path=path, port=port, axis=config.axis_asked), palette, choice, rate)
+        return Recording(Recorder(layout, path=path, port=port, axis=config.axis_asked), palette, choice, rate)
 
-    recordings = RecordingSet(args.save, pages)
+    recordings = Recordings(args.save, opened)
     with window.window(port, theme, stop.set) if opens and port is not None else nullcontext():
         _follow(config, recordings, stop, until_broken=port is None)
     whole = recordings.close()
-    if recordings.pages.recorder.broken:
+    if recordings.now.recorder.broken:
         # The stream of a file that cannot be written is never closed, and would keep the interpreter from ending.
         logging.shutdown()
         os._exit(1)
@@ -86,12 +86,12 @@ def look(path: Path, theme: Theme | None, *, headless: bool) -> int:
     return window.look(path, theme)
 
 
-def _follow(config: Config, recordings: RecordingSet, stop: threading.Event, *, until_broken: bool) -> None:
+def _follow(config: Config, recordings: Recordings, stop: threading.Event, *, until_broken: bool) -> None:
     """Meets the learner, and follows it until `stop`."""
     where = config.bus.connect or config.bus.listen
     zenoh_config = client_config(config.bus)
-    recordings.pages.away(f"Waiting for the learner at {where}.", time.time())
-    recordings.pages.flush()
+    recordings.now.away(f"Waiting for the learner at {where}.", time.time())
+    recordings.now.flush()
     log.info("waiting for the learner at %s, keys %s/…", where, config.prefix)
     try:
         session = open_session(zenoh_config, float("inf"), stop)
@@ -104,7 +104,7 @@ def _follow(config: Config, recordings: RecordingSet, stop: threading.Event, *, 
         threading.Thread(target=window.when, args=(stop.wait, bus.wake), daemon=True).start()
         log.info("viewer ready")
         try:
-            Follower(bus, recordings.pages, recordings.begin).run(stop, until_broken=until_broken)
+            Follower(bus, recordings).run(stop, until_broken=until_broken)
         finally:
             bus.close()
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,19 +11,18 @@ import pytest
 from service.wire import SETS, EffectsLedger, Health, Measurement, Points, Validation
 from tests.viewer.conftest import Run
 from tests.viewer.readback import every, points, rows, series, shown, verify
-from viewer import recording_pages, window
+from viewer import texts, window
 from viewer.compare import Choice
-from viewer.effects import columns
 from viewer.frame import Frame, positions
 from viewer.pages import blueprint
 from viewer.palette import DARK
 from viewer.recorder import Recorder
-from viewer.recording_pages import RecordingPages
+from viewer.recording import Recording, efforts
 
 
 def record(run: Run, path: Path, choice: Choice) -> None:
     recorder = Recorder(blueprint(DARK), path=path)
-    pages = RecordingPages(recorder, DARK, choice, rate=0.25)
+    pages = Recording(recorder, DARK, choice, rate=0.25)
     newest = 0.0
     for report, snapshot in run.iterations:
         now = time.time()
@@ -94,7 +92,7 @@ def test_the_error_of_the_untrained_model_is_in_the_name_of_the_curve(run: Run, 
     path = tmp_path / "run.rrd"
     recorder = Recorder(blueprint(DARK), path=path)
     first = report.model_copy(update={"validation": (check,)})
-    RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
+    Recording(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
     recorder.close()
     assert rows(path, "Scalars:scalars", "/error") == {"/error/V1": {1: [5.0]}}
     assert every(path, "SeriesLines:names", "/error/V1") == ["Validation V1; untrained: 48 N m"]
@@ -149,7 +147,7 @@ def test_a_recording_is_whole(recorded: Path) -> None:
 def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "bare.rrd"
     recorder = Recorder(blueprint(DARK), path=path)
-    RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
+    Recording(recorder, DARK, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
     recorder.close()
     assert "curve is missing" in rows(path, "TextDocument:text")["/learning/table"][1][0]
 
@@ -159,7 +157,7 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
     wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
     path = tmp_path / "wild.rrd"
     recorder = Recorder(blueprint(DARK), path=path)
-    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
+    pages = Recording(recorder, DARK, Choice(), rate=0.25)
     pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
     pages.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
     recorder.close()
@@ -177,7 +175,7 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
 def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "effects.rrd"
     recorder = Recorder(blueprint(DARK), path=path)
-    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
+    pages = Recording(recorder, DARK, Choice(), rate=0.25)
     # The learner says it when it begins, before there is an iteration.
     pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
     for report, snapshot in run.iterations[:2]:
@@ -187,7 +185,7 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
         pages.iteration(Frame(report.model_copy(update={"batch": batch}), snapshot, None))
     recorder.close()
     assert "## Torque lag" in shown(rows(path, "TextDocument:text", "/effects")["/effects/ledger"], 1)[0]
-    found = columns(batch)
+    found = efforts(batch)
     assert set(found) == {
         "effects/torque/measured",
         "effects/torque/predicted",
@@ -202,38 +200,9 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
         assert logged[f"/{name}"][-values.size :] == pytest.approx(values)
 
 
-def test_what_is_found_is_drawn_with_its_state_until_effects_are_in_force(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    plots: list[dict[str, str]] = []
-
-    def laid_out(*palette: Any, **what: Any) -> Any:
-        plots.append(what["found"])
-        return blueprint(*palette, **what)
-
-    monkeypatch.setattr(recording_pages, "blueprint", laid_out)
-    path = tmp_path / "suspected.rrd"
-    recorder = Recorder(blueprint(DARK), path=path)
-    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
+def test_what_is_found_stands_in_the_ledger_with_its_state_and_interval() -> None:
     found = {"effect": "torque_lag", "state": "suspected", "sentence": "The torque lags."}
     about = {"parameters": {"time_constant_s": 0.71}, "interval": {"time_constant_s": [0.66, 0.76]}}
-    pages.effects(EffectsLedger(mode="advise", found=(found | about,)), time.time())
-    for report, snapshot in run.iterations[:2]:
-        pages.iteration(Frame(report, snapshot, None))
-    entity = "effects/found/torque_lag/time_constant_s"
-    assert pages.flush()
-    pages.effects(EffectsLedger(mode="advise", found=(found | about | {"state": "proven"},)), time.time())
-    assert pages.flush()
-    pages.effects(EffectsLedger(mode="advise"), time.time())
-    assert pages.flush()
-    pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
-    assert pages.flush()
-    recorder.close()
-    states = ("suspected", "proven", "no longer found")
-    assert plots == [*({entity: f"Torque lag, {state}: time constant [s]"} for state in states), {}]
-    drawn = series(path, "/effects/found")
-    assert {name.rpartition("/")[2]: set(values) for name, values in drawn.items()} == {
-        "estimate": {0.71},
-        "low": {0.66},
-        "high": {0.76},
-    }
+    said = texts.ledger(EffectsLedger(mode="advise", found=(found | about,)))
+    assert "# Found, not in force\n## Torque lag (suspected)\nThe torque lags.\n" in said
+    assert "- Time constant 0.71 s (0.66 to 0.76)" in said

@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from viewer.axes import BOTTOM, HEIGHT, LEFT, RIGHT, SHARP, TOP, WIDTH, Axes, Sign
 from viewer.palette import DARK, LIGHT, Colour, Palette
+from viewer.plot import BOTTOM, HEIGHT, LEFT, RIGHT, SHARP, TOP, WIDTH, Axes, Sign
 
 
 @given(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6))
 def test_axes_hold_their_range_and_little_more(rate: float, damping: float) -> None:
-    axes = Axes.around(rate, damping, ("", ""))
+    axes = Axes.around(rate, damping)
     for end, reach in ((axes.x, rate), (axes.y, damping)):
         assert 1.1 * reach <= end <= 1.7 * reach
 
@@ -31,7 +31,7 @@ def test_the_canvas_and_physical_units_agree() -> None:
 def test_the_frame_is_where_the_data_are_put(palette: Palette) -> None:
     """The picture's own frame and the way of the data onto the canvas agree to a pixel."""
     legend = [Sign("One", palette.old, "o"), Sign("Other", palette.new, line="--")]
-    picture = Image.open(io.BytesIO(Axes(0.25, 100.0, ("x", "y")).png(palette, legend))).convert("RGB")
+    picture = Image.open(io.BytesIO(Axes(0.25, 100.0).png(palette, ("x", "y"), legend))).convert("RGB")
     assert picture.size == (round(WIDTH * SHARP), round(HEIGHT * SHARP))
     assert picture.getpixel((2, picture.height - 2)) == palette.background
     for x, y in ((LEFT, 0.3 * TOP + 0.7 * BOTTOM), (RIGHT, 600.0), (700.0, TOP), (700.0, BOTTOM)):
