@@ -33,7 +33,7 @@ def test_an_axis_is_answered_where_it_is_asked_for(tmp_path: Path) -> None:
         first, surge = learner.of_axis(None), learner.of_axis("surge")
         assert (first["prefix"], surge["prefix"]) == ("boat/yaw", "boat/surge")
         assert (first["units"]["surge"], first["units"]["heading"]) == ("m/s", "rad")
-        assert surge["words"]["title"] == "Surge damping"
+        assert surge["words"]["title"] == "Surge"
         assert list(first["health"]["axes"]) == ["yaw", "surge"]
         assert surge["health"]["streams"]["yaw_rate"]["value"] == 0.6
         assert learner.of_axis("heave")["prefix"] == "boat/yaw", "no such axis is learned"
