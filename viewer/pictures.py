@@ -23,7 +23,7 @@ from incsvr.errors import BadInput
 from incsvr.forecasting.over_recordings import FitPictures
 from incsvr.numerics import Array
 from service.bus.session import free_endpoint
-from viewer.report.drawing import AFTER, BEFORE, MEASURED, STYLE
+from viewer.drawing import AFTER, BEFORE, MEASURED, STYLE
 from viewer.screen import Screen
 
 ITERATION = 15

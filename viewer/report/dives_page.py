@@ -14,7 +14,7 @@ from incsvr.plant.words import words_of
 from incsvr.vehicle import Comparison
 from incsvr.vehicle.changes import LEVEL
 from incsvr.vehicle.compare import Quantity, Value
-from viewer.report.drawing import AFTER, BEFORE, svg
+from viewer.drawing import AFTER, BEFORE, svg
 from viewer.report.figures import between, capital, number, rendered
 
 MAX_NAMED_DIVES = 12

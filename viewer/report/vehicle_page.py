@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
 from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.terms import mass_unit, stage_unit, thrust_name
@@ -14,7 +13,7 @@ from incsvr.plant.words import words_of
 from incsvr.vehicle import Identified, Parameter
 from incsvr.vehicle.model import BOUND_REACHED, ESTIMATED, UNKNOWN
 from incsvr.vehicle.prediction import Course
-from viewer.report.drawing import AFTER, line, over_time, svg
+from viewer.drawing import AFTER, Line, run_chart
 from viewer.report.figures import between, capital, number, rendered
 
 DRAWN_SECONDS = 60.0
@@ -45,7 +44,7 @@ def vehicle_page(found: Identified, notes: Sequence[str] = (), provenance: Mappi
         errors=_errors(found),
         track=[(f"{ahead:g}", number(error)) for ahead, error in found.errors.track.items()],
         where=where(found),
-        charts=[] if found.course is None else [Markup(chart(found.course, k)) for k in range(len(found.course.axes))],
+        charts=[] if found.course is None else [Markup(each) for each in free_runs(found.course)],
         refusals=[capital(f"{axis}: {why}") for axis, why in found.refusals.items()],
         manoeuvres=[capital(sentence) for sentence in (*found.warnings, *found.manoeuvres)],
         notes=[capital(note) for note in notes],
@@ -59,18 +58,16 @@ def where(found: Identified) -> str:
     return "the dives' own parts, each predicted by a model of the other parts"
 
 
-def chart(course: Course, k: int) -> str:
-    """The free run of one axis, measured and simulated."""
-    return svg(lambda figure: draw_course(figure, course, k), 4.7, 2.3)
-
-
-def draw_course(figure: Figure, course: Course, k: int) -> None:
-    """Draws the free run of one axis on a figure."""
-    axis, here = AXES[course.axes[k]], course.time <= DRAWN_SECONDS
-    axes = figure.subplots()
-    line(axes, course.time[here], course.measured[here, k], color=BEHIND, linewidth=3.0, label="measured")
-    line(axes, course.time[here], course.simulated[here, k], color=AFTER, linewidth=1.5, label="simulated")
-    over_time(figure, axes, f"{axis.name} {axis.symbol} [{words_of(axis).rate_unit}]")
+def free_runs(course: Course) -> list[str]:
+    """Measured and simulated, a chart for each axis."""
+    charts, here = [], course.time <= DRAWN_SECONDS
+    for k, axis in enumerate(AXES[name] for name in course.axes):
+        lines = [
+            Line("measured", course.time[here], course.measured[here, k], BEHIND, width=3.0),
+            Line("simulated", course.time[here], course.simulated[here, k], AFTER, width=1.5),
+        ]
+        charts.append(run_chart(lines, f"{axis.name} {axis.symbol} [{words_of(axis).rate_unit}]"))
+    return charts
 
 
 def _headline(found: Identified) -> list[str]:

@@ -14,7 +14,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.findings import Finding, Trace
 from incsvr.tracing.sentences import LABELS, chance, headline, left_of_torque, limits, proof
-from viewer.report.charts import damping_curves, free_runs, hint, residual_against, told_apart, torque_split
+from viewer.charts import damping_curves, free_runs, hint, residual_against, told_apart, torque_split
 from viewer.report.figures import between, capital, number, rendered
 
 BLOCK_TIME_SCALES = 4.0
@@ -82,7 +82,7 @@ ERRORS = (
 )
 
 
-def page(trace: Trace, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> str:
+def trace_page(trace: Trace, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> str:
     """The whole document, in the words and units of an axis; `provenance` says what it was made of, and how."""
     pictures, error, words = trace.pictures, trace.error, words_of(axis)
     coefficients, driven = derivatives(trace, axis)
