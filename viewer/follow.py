@@ -10,8 +10,8 @@ from itertools import count
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.wire import EffectsLedger, Health, IterationReport, Measurement
-from viewer.bus import Bus, Message, Presence
+from service.wire import EffectsLedger
+from viewer.bus import Questions, Streams
 from viewer.frame import Frame
 from viewer.recording import Recording
 
@@ -70,92 +70,74 @@ def _has_data(path: Path) -> bool:
 
 
 class Follower:
-    """Keeps the recordings in step with what the bus says."""
+    """Keeps the recordings in step with a learner."""
 
-    def __init__(self, bus: Bus, recordings: Recordings) -> None:
-        self._bus, self._recordings = bus, recordings
+    def __init__(self, learner: Questions, streams: Streams, recordings: Recordings) -> None:
+        self._learner, self._streams, self._recordings = learner, streams, recordings
         self._earliest: float | None = None  # the vehicle's time before which its clock began anew [s]
-        self._here = False
+        self._here: bool | None = None  # None before it was asked
+        self._ledger: EffectsLedger | None = None
 
-    def run(self, stop: threading.Event, *, until_broken: bool, flush_s: float = 1.0) -> None:
-        """Follows until `stop` is set, and the bus woken; or until the file is broken, where there is nothing else."""
-        self._recording.away("Waiting for the learner.", time.time())
-        flushed = time.monotonic()
-        while not stop.is_set():
-            for message in self._bus.wait(flush_s):
-                self._take(message)
-            if time.monotonic() - flushed >= flush_s:
-                flushed = time.monotonic()
-                if not self._recording.flush() and until_broken:
-                    return
-        # What the learner said before we were told to stop belongs to the recording.
-        if self._here:
-            self._catch_up()
-        for message in self._bus.wait(0.0):
-            self._take(message)
-        health = self._bus.health() if self._here else None
-        if health is not None:
-            self._recording.health(health, time.time())
+    def run(self, stop: threading.Event, *, until_broken: bool, period_s: float = 1.0) -> None:
+        """Follows until `stop` is set, or until the file is broken, where there is nothing else.
 
-    @property
-    def _recording(self) -> Recording:
-        return self._recordings.now
-
-    def _take(self, message: Message | Presence) -> None:
-        if isinstance(message, Presence):
-            self._meet(message.here)
-            return
-        match message.form:
-            case IterationReport() as report:
-                self._iteration(report, message.seen)
-            case Health() as health:
-                if health.revision > self._recording.revision:
-                    self._catch_up()
-                self._recording.health(health, message.seen)
-            case EffectsLedger() as ledger:
-                self._recording.effects(ledger, message.seen)
-            case Measurement() as measurement:
-                self._recording.measured(message.stream, measurement, message.seen)
-
-    def _meet(self, here: bool) -> None:
-        if here == self._here:
-            return
-        self._here = here
-        if not here:
-            log.warning("the learner does not answer; waiting for it")
-            self._recording.away(AWAY_WORDS, time.time())
-            return
-        log.info("the learner is here")
-        health = self._bus.health()
-        if health is not None and health.revision < self._recording.revision:
-            self._recordings.begin()
-            self._earliest = None
-        self._catch_up()
-        ledger = self._bus.ledger()
-        if ledger is not None:
-            self._recording.effects(ledger, time.time())
-
-    def _iteration(self, report: IterationReport, seen: float) -> None:
-        if report.revision <= self._recording.revision:
-            return
-        if report.revision > self._recording.revision + 1:
-            self._catch_up(before=report.revision)
-        self._show(report, seen)
-
-    def _catch_up(self, before: int | None = None) -> None:
-        """Shows the iterations that were missed, those below revision `before`."""
-        for report in self._bus.reports(self._recording.revision):
-            if before is not None and report.revision >= before:
+        What the learner said before we were told to stop belongs to the recording.
+        """
+        while True:
+            ended = stop.wait(period_s)
+            for stream, measurement, seen in self._streams.take():
+                self._recordings.now.measured(stream, measurement, seen)
+            try:
+                self._look()
+            except BadInput as error:
+                self._meet(False, str(error))
+            whole = self._recordings.now.flush()
+            if ended or (not whole and until_broken):
                 return
-            self._show(report, None)
-        self._recording.flush()
 
-    def _show(self, report: IterationReport, seen: float | None) -> None:
+    def _look(self) -> None:
+        """Asks for what is new.
+
+        Raises:
+            BadInput: what answers is no learner of this version.
+        """
+        health, seen = self._learner.health(), time.time() if self._here else None
+        self._meet(health is not None, AWAY_WORDS)
+        if health is None:
+            return
+        if health.revision < self._recordings.now.revision:
+            self._begin()
+        for report in self._learner.reports(self._recordings.now.revision):
+            self.show(Frame(report, self._learner.model(report.revision), seen))
+        ledger = self._learner.ledger()
+        if ledger is not None and ledger != self._ledger:
+            self._ledger = ledger
+            self._recordings.now.effects(ledger, time.time())
+        self._recordings.now.health(health, time.time())
+
+    def show(self, frame: Frame) -> None:
+        """The next iteration; where the vehicle's clock restarted, in a recording of its own."""
+        report = frame.report
         if self._earliest is not None and report.t < self._earliest:
             log.warning("the vehicle's clock restarted at %.1f s", report.t)
-            self._recordings.begin()
+            self._begin()
         # A learner that changes over to other effects says its last batch again, and that may end some samples earlier.
         self._earliest = report.t - 0.5 * max(report.t - report.time_span[0], 0.0)
-        self._recording.iteration(Frame(report, self._bus.model(report), seen))
-        self._recording.flush()  # whatever happens to us from here on, it is in the file
+        self._recordings.now.iteration(frame)
+        self._recordings.now.flush()  # whatever happens to us from here on, it is in the file
         log.info("iteration %d at %.1f s", report.iteration, report.t)
+
+    def _begin(self) -> None:
+        self._recordings.begin()
+        self._earliest = self._ledger = None
+
+    def _meet(self, here: bool, why: str) -> None:
+        """The learner answers, or does not, and why."""
+        if here == self._here:
+            return
+        if here:
+            log.info("the learner is here")
+        elif self._here is not None:
+            log.warning("the learner does not answer; waiting for it")
+            self._recordings.now.away(why, time.time())
+        self._here = here

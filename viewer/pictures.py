@@ -22,7 +22,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.bus.session import free_endpoint
 from viewer.drawing import AFTER, BEFORE, STYLE
-from viewer.screen import Screen
+from viewer.screen import on_screen
 
 ITERATION = 15
 """The iteration whose page Learning is drawn: the cover has just been mounted."""
@@ -44,7 +44,7 @@ def main(recording: Path, folder: Path) -> int:
     try:
         if not recording.is_file():
             raise BadInput(f"{recording}: there is no such recording; `make demo` makes one")
-        with Screen(recording) as screen:
+        with on_screen(recording) as screen:
             screen.show("Learning", ITERATION)
             screen.save(folder / f"iteration-{ITERATION:02d}.png")
             screen.show("Before and after")

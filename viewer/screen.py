@@ -6,12 +6,13 @@ It needs a Vulkan driver; Mesa's software one (mesa-vulkan-drivers) is enough.
 from __future__ import annotations
 
 import subprocess
-import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
-from typing import Self, TypeVar
+from tempfile import TemporaryDirectory
+from typing import TypeVar
 
 from rerun.chunk import RrdReader
 from rerun.experimental import View, ViewerClient
@@ -24,38 +25,48 @@ from viewer.window import BINARY
 T = TypeVar("T")
 
 SIZE = (1800, 1080)
-START_S, SETTLE_S = 60.0, 30.0
-NOTICES_S = 9.0  # for so long the viewer's own notices lie over the plots after its start
+PATIENCE_S = 60.0
+
+
+@contextmanager
+def on_screen(recording: Path) -> Iterator[Screen]:
+    """A viewer on a recording.
+
+    Raises:
+        BadInput: it does not start.
+    """
+    port = free_endpoint().rpartition(":")[2]
+    words = ["--headless", "--bind", "127.0.0.1", "--port", port, "--hide-welcome-screen"]
+    size = f"{SIZE[0]}x{SIZE[1]}"
+    with TemporaryDirectory() as folder, (Path(folder) / "viewer.log").open("w+b") as log:
+        process = subprocess.Popen([BINARY, *words, "--window-size", size, recording], stdout=log, stderr=log)
+
+        def connected() -> ViewerClient | None:
+            """Once it has drawn the recording."""
+            if process.poll() is not None:
+                log.seek(0)
+                raise BadInput(f"the viewer does not start: {_why(log.read().decode(errors='replace'))}")
+            try:
+                client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+                state = client.get_state()
+            except (RuntimeError, ConnectionError):  # it may answer, and end before it draws its first frame
+                return None
+            drawn = state.views and not state.loading and any(one.timelines for one in state.recordings)
+            return client if drawn else None
+
+        try:
+            yield Screen(recording, _until(connected, "the viewer does not come"))
+        finally:
+            process.kill()
+            process.wait()
 
 
 class Screen:
-    """A viewer on a recording, from `with` to its end."""
+    """What the viewer of a recording shows."""
 
-    def __init__(self, recording: Path) -> None:
-        self._recording = recording
-        self._folder = tempfile.TemporaryDirectory()
-        port = int(free_endpoint().rpartition(":")[2])
-        self._log = Path(self._folder.name) / "viewer.log"
-        words = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--hide-welcome-screen"]
-        with self._log.open("wb") as log:
-            self._process = subprocess.Popen(
-                [BINARY, *words, "--window-size", f"{SIZE[0]}x{SIZE[1]}", recording], stdout=log, stderr=log
-            )
-        self._url = f"rerun+http://127.0.0.1:{port}/proxy"
-        self._viewer: ViewerClient
+    def __init__(self, recording: Path, viewer: ViewerClient) -> None:
+        self._recording, self._viewer = recording, viewer
         self._started = time.monotonic()
-
-    def __enter__(self) -> Self:
-        try:
-            self._viewer = _until(self._connected, START_S, self._why)
-            _until(self._loaded, START_S, self._why)
-        except BaseException:
-            self._end()
-            raise
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._end()
 
     def show(self, page: str, iteration: int | None = None) -> None:
         """Goes to a page, and to an iteration; None is the end, on the vehicle's time.
@@ -63,20 +74,19 @@ class Screen:
         Raises:
             BadInput: the recording has no such iteration.
         """
-        client = self._viewer
-        now = client.get_blueprint()
+        now = self._viewer.get_blueprint()
         for parts in now.blueprint.values():
             tabs = parts.get("ContainerBlueprint", {})
             if tabs.get("container_kind") == "Tabs":
                 tabs["active_tab"] = tabs["contents"][PAGES.index(page)]
-        client.set_blueprint(now.blueprint, store_id=now.store_id)
+        self._viewer.set_blueprint(now.blueprint, store_id=now.store_id)
         if iteration is None:
-            client.set_time("vehicle_time", play_state="following")
+            self._viewer.set_time("vehicle_time", play_state="following")
             return
         times = self._times()
         if iteration not in times:
             raise BadInput(f"the recording has no iteration {iteration}, its last is {max(times, default=0)}")
-        client.set_time("vehicle_time", duration=times[iteration], play_state="paused")
+        self._viewer.set_time("vehicle_time", duration=times[iteration], play_state="paused")
 
     def _times(self) -> dict[int, timedelta]:
         """The vehicle's time of each iteration: the signals have no other clock."""
@@ -102,59 +112,29 @@ class Screen:
             still.append(self._viewer.take_screenshot())
             return still[-1] if still[-1] == still[-2] else None
 
-        return _until(settled, SETTLE_S, lambda: "the picture never settles")
+        return _until(settled, "the picture never settles")
 
-    def save(self, path: Path) -> None:
-        """Saves the picture, once the viewer's own notices are gone from it."""
-        time.sleep(max(0.0, NOTICES_S - (time.monotonic() - self._started)))
+    def save(self, path: Path, notices_s: float = 9.0) -> None:
+        """Saves the picture, once the viewer's own notices are gone from it [s]."""
+        time.sleep(max(0.0, notices_s - (time.monotonic() - self._started)))
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(self.picture())
 
-    def _connected(self) -> ViewerClient | None:
-        self._check()
-        try:
-            client = ViewerClient.connect(self._url)
-            client.get_state()
-        except (RuntimeError, ConnectionError):
-            return None
-        return client
 
-    def _loaded(self) -> bool:
-        self._check()
-        try:
-            state = self._viewer.get_state()
-        except (RuntimeError, ConnectionError):  # it may answer, and end before it draws its first frame
-            return False
-        return bool(state.views) and not state.loading and any(one.timelines for one in state.recordings)
-
-    def _check(self) -> None:
-        if self._process.poll() is not None:
-            raise BadInput(f"the viewer does not start: {self._why()}")
-
-    def _why(self) -> str:
-        text = self._log.read_text(errors="replace")
-        # without any adapter it says so; of one for OpenGL alone it gets no render context
-        if any(words in text for words in ("graphics adapter", "No wgpu adapter", "Failed to get render context")):
-            return "it finds no Vulkan driver; install mesa-vulkan-drivers"
-        return (text.strip().splitlines() or ["it says nothing"])[-1][-300:]
-
-    def _end(self) -> None:
-        self._process.terminate()
-        try:
-            self._process.wait(10.0)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._folder.cleanup()
+def _why(said: str) -> str:
+    # without any adapter it says so; of one for OpenGL alone it gets no render context
+    if any(words in said for words in ("graphics adapter", "No wgpu adapter", "Failed to get render context")):
+        return "it finds no Vulkan driver; install mesa-vulkan-drivers"
+    return (said.strip().splitlines() or ["it says nothing"])[-1][-300:]
 
 
-def _until(ask: Callable[[], T | None], seconds: float, why: Callable[[], str]) -> T:
-    """Asks again until the answer is something, for at most this long [s]."""
-    end = time.monotonic() + seconds
+def _until(ask: Callable[[], T | None], why: str) -> T:
+    """Asks again until the answer is something, for PATIENCE_S at most."""
+    end = time.monotonic() + PATIENCE_S
     while True:
         answer = ask()
         if answer:
             return answer
         if time.monotonic() > end:
-            raise BadInput(f"the viewer does not come: {why()}")
+            raise BadInput(why)
         time.sleep(0.05)

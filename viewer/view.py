@@ -18,7 +18,7 @@ from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.wire import Keys
 from viewer import window
-from viewer.bus import Bus
+from viewer.bus import Questions, Streams
 from viewer.compare import Choice
 from viewer.follow import Follower, Recordings
 from viewer.pages import blueprint
@@ -100,13 +100,13 @@ def _follow(config: Config, recordings: Recordings, stop: threading.Event, *, un
             return
         raise
     with session:
-        bus = Bus(session, Keys(config.prefix))
-        threading.Thread(target=window.when, args=(stop.wait, bus.wake), daemon=True).start()
+        keys = Keys(config.prefix)
+        streams = Streams(session, keys)
         log.info("viewer ready")
         try:
-            Follower(bus, recordings).run(stop, until_broken=until_broken)
+            Follower(Questions(session, keys), streams, recordings).run(stop, until_broken=until_broken)
         finally:
-            bus.close()
+            streams.close()
 
 
 def _checked(port: int) -> int:

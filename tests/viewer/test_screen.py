@@ -17,7 +17,7 @@ from tests.viewer.conftest import Run
 from tests.viewer.test_recording import record
 from viewer.compare import Choice
 from viewer.palette import DARK
-from viewer.screen import SIZE, Screen
+from viewer.screen import SIZE, Screen, on_screen
 from viewer.window import themed
 
 
@@ -26,7 +26,7 @@ def screen(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scree
     path = tmp_path_factory.mktemp("screen") / "run.rrd"
     record(run, path, Choice())
     try:
-        with Screen(path) as screen:
+        with on_screen(path) as screen:
             yield screen
     except BadInput as error:
         if "Vulkan" not in str(error):

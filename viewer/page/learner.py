@@ -15,22 +15,14 @@ from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
-from service.bus.session import answer, open_session
+from service.bus.session import open_session
 from service.inputs.units import si_unit
-from service.wire import (
-    EffectsLedger,
-    FormType,
-    Health,
-    IterationHistory,
-    Keys,
-    ModelSnapshot,
-)
+from service.wire import Keys, ModelSnapshot
 from viewer import names
+from viewer.bus import Questions
 
 FRESH_S = 0.5
 """For so long an answer serves every browser [s]."""
-ANSWER_TIMEOUT_S = 2.0
-"""How long the learner may take [s]; it answers within a hundredth while it trains."""
 MAX_SEARCHED_ITERATIONS = 100
 """Iterations that are looked through for what the learner noticed."""
 NOTHING_LEARNED: Mapping[str, Any] = {"model": None, "changes": []}
@@ -94,17 +86,18 @@ class Learner:
         """
         if self._session is None:
             self._session = open_session(self._config)
-        health = self._ask(self._keys.health, Health)
+        learner = Questions(self._session, self._keys)
+        health = learner.health()
         if health is None:
             raise BadInput(f"no learner answers for {self._keys.prefix} at {self._where}")
         self._answered = time.monotonic()
         revision = (health.boot, health.revision)
         if revision != self._drawn:
-            learned = self._learned() if health.revision else NOTHING_LEARNED
+            learned = self._learned(learner) if health.revision else NOTHING_LEARNED
             if learned is not None:  # else the next browser's question asks again
                 self._parts.update(learned)
                 self._drawn = revision
-        ledger = self._ask(self._keys.effects, EffectsLedger)
+        ledger = learner.ledger()
         if ledger is not None:
             self._parts |= {
                 "effects": [names.finding(found) for found in ledger.effects],
@@ -114,27 +107,16 @@ class Learner:
         units = {name: si_unit(name) for name in health.streams}
         return self._parts | {"units": units, "health": health.model_dump(mode="json")}
 
-    def _learned(self) -> Mapping[str, Any] | None:
+    def _learned(self, learner: Questions) -> Mapping[str, Any] | None:
         """The curve of the served model, and what the learner noticed about the vehicle; None where it does not say."""
-        snapshot = self._ask(self._keys.model, ModelSnapshot)
+        snapshot = learner.model()
         if snapshot is None:
             return None
         if not snapshot.support.rate:
             return NOTHING_LEARNED
-        after = max(0, snapshot.revision - MAX_SEARCHED_ITERATIONS)
-        history = self._ask(f"{self._keys.iteration}?after={after};limit={MAX_SEARCHED_ITERATIONS}", IterationHistory)
-        noticed = [] if history is None else [each for each in history.iterations if each.change]
-        changes = [{"iteration": each.iteration, "what": each.change} for each in noticed[-10:]]
-        return {"model": curve(snapshot, self.words), "changes": changes}
-
-    def _ask(self, selector: str, form: type[FormType]) -> FormType | None:
-        """The learner's answer; None where it has none, as before anything is learned, or does not answer in time.
-
-        Raises:
-            BadInput: what answers is no learner of this version.
-        """
-        assert self._session is not None
-        return answer(self._session, selector, form, ANSWER_TIMEOUT_S)
+        looked_through = learner.reports(max(0, snapshot.revision - MAX_SEARCHED_ITERATIONS))
+        changes = [{"iteration": each.iteration, "what": each.change} for each in looked_through if each.change]
+        return {"model": curve(snapshot, self.words), "changes": changes[-10:]}
 
 
 def curve(snapshot: ModelSnapshot, words: AxisWords = YAW_WORDS, rates: int = 121) -> Mapping[str, Any]:
