@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from viewer import palette
 from viewer.frame import Floats, Frame, positions
 from viewer.learning import labels
-from viewer.palette import Palette
 from viewer.plot import Plot, Sign
 from viewer.recorder import Recorder
 from viewer.texts import compared
@@ -37,23 +37,21 @@ class Choice:
 class ComparePage:
     """Logs below learning/before and learning/after."""
 
-    def __init__(self, rec: Recorder, palette: Palette, choice: Choice) -> None:
+    def __init__(self, rec: Recorder, choice: Choice) -> None:
         self._rec, self._choice = rec, choice
         self._chosen: dict[str, Frame] = {}
         self._samples: dict[str, Floats] = {"before": np.empty((0, 2)), "after": np.empty((0, 2))}
         of_samples = ("Samples before", "Samples after") if choice.both else ("", "")
         looks = (
-            Sign("Before", palette.before, line="--", size=2.0, order=26.0),
-            Sign("After", palette.function, line="-", size=2.0, order=24.0),
-            Sign("Its support vectors", palette.before, "s", order=12.0),
-            Sign("Its support vectors", palette.support, "o", size=6.0, order=12.0),
-            Sign(of_samples[0], (*palette.before, 110), "o", size=1.8, order=4.0),
-            Sign(of_samples[1], (*palette.support, 110), "o", size=1.8, order=4.0),
+            Sign("Before", palette.BEFORE, line="--", size=2.0, order=26.0),
+            Sign("After", palette.FUNCTION, line="-", size=2.0, order=24.0),
+            Sign("Its support vectors", palette.BEFORE, "s", order=12.0),
+            Sign("Its support vectors", palette.SUPPORT, "o", size=6.0, order=12.0),
+            Sign(of_samples[0], (*palette.BEFORE, 110), "o", size=1.8, order=4.0),
+            Sign(of_samples[1], (*palette.SUPPORT, 110), "o", size=1.8, order=4.0),
         )
         # The legend goes down its columns: a row for each of the two.
-        self._plot = Plot(
-            rec, "learning/compare_axes", dict(zip(SHOWN, looks, strict=True)), palette, labels(rec.words)
-        )
+        self._plot = Plot(rec, "learning/compare_axes", dict(zip(SHOWN, looks, strict=True)), labels(rec.words))
 
     def log(self, frame: Frame, reach: tuple[float, float]) -> None:
         """One iteration on axes that hold `reach`, at the clocks that are set."""

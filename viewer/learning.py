@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from incsvr.learning.model import Model
 from incsvr.plant.words import AxisWords
 from service.wire import SETS, IterationReport
+from viewer import palette
 from viewer.frame import Floats, Frame, positions
-from viewer.palette import Palette
 from viewer.plot import Axes, Lines, Plot, Sign
 from viewer.recorder import Recorder
 
@@ -21,10 +21,10 @@ NONE: Floats = np.empty((0, 2, 2))
 class LearningPage:
     """Logs iterations below learning/. The axes begin at ±`rate` [rad/s]."""
 
-    def __init__(self, rec: Recorder, palette: Palette, rate: float) -> None:
+    def __init__(self, rec: Recorder, rate: float) -> None:
         self._reach = (rate, 0.0)
-        entities = {f"learning/{name}": sign for name, sign in signs(palette).items()}
-        self._plot = Plot(rec, "learning/axes", entities, palette, labels(rec.words))
+        entities = {f"learning/{name}": sign for name, sign in signs().items()}
+        self._plot = Plot(rec, "learning/axes", entities, labels(rec.words))
 
     def log(self, frame: Frame) -> tuple[float, float]:
         """One iteration, at the clocks that are set; the |rate| and |damping| that its axes hold."""
@@ -46,26 +46,26 @@ def labels(words: AxisWords) -> tuple[str, str]:
     return f"{words.rate_title} [{words.rate_unit}]", f"Damping {words.moment} [{words.effort_unit}]"
 
 
-def signs(palette: Palette) -> dict[str, Sign]:
+def signs() -> dict[str, Sign]:
     """Every sign of the page, in the order of the legend's columns.
 
     Later is above. A new sample that became a support vector shows both: its square stands in the green halo.
     """
     return {
-        "old": Sign("Old vectors", palette.old, "o", size=4.5, order=16.0),
-        "forgotten": Sign("Forgotten", palette.forgotten, "x", order=14.0),
-        "discarded_tube": Sign("Discarded, in the tube", palette.discarded, "_", order=12.0),
-        "function": Sign("Learned damping", palette.function, line="-", size=2.6, order=22.0),
-        "new": Sign("New samples", palette.new, "s", order=18.0),
-        "outliers": Sign("Outliers", palette.outlier, "D", order=24.0),
-        "discarded_near": Sign("Discarded, near a vector", palette.discarded, "|", order=12.0),
-        "extrapolation": Sign("Extrapolated", palette.function, line="--", size=1.8, order=22.0),
-        "support": Sign("Support vectors", palette.support, "o", size=9.5, order=10.0),
-        "off_scale": Sign("Beyond the axes", palette.outlier, line="^", size=4.0, order=24.0),
-        "uncertainty": Sign("95 % of samples", palette.band, line="|||", size=0.8, order=1.0),
+        "old": Sign("Old vectors", palette.OLD, "o", size=4.5, order=16.0),
+        "forgotten": Sign("Forgotten", palette.FORGOTTEN, "x", order=14.0),
+        "discarded_tube": Sign("Discarded, in the tube", palette.DISCARDED, "_", order=12.0),
+        "function": Sign("Learned damping", palette.FUNCTION, line="-", size=2.6, order=22.0),
+        "new": Sign("New samples", palette.NEW, "s", order=18.0),
+        "outliers": Sign("Outliers", palette.OUTLIER, "D", order=24.0),
+        "discarded_near": Sign("Discarded, near a vector", palette.DISCARDED, "|", order=12.0),
+        "extrapolation": Sign("Extrapolated", palette.FUNCTION, line="--", size=1.8, order=22.0),
+        "support": Sign("Support vectors", palette.SUPPORT, "o", size=9.5, order=10.0),
+        "off_scale": Sign("Beyond the axes", palette.OUTLIER, line="^", size=4.0, order=24.0),
+        "uncertainty": Sign("95 % of samples", palette.BAND, line="|||", size=0.8, order=1.0),
         # above the curve, which is wider than most tubes
-        "tube": Sign("Tube of no penalty", palette.tube, line="-", size=0.8, order=23.0),
-        "trained_range": Sign("", palette.frame, line="-", size=1.0, order=1.0),
+        "tube": Sign("Tube of no penalty", palette.TUBE, line="-", size=0.8, order=23.0),
+        "trained_range": Sign("", palette.FRAME, line="-", size=1.0, order=1.0),
     }
 
 

@@ -10,11 +10,10 @@ import rerun.blueprint as rrb
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
 from service.wire import SETS
-from viewer import learning, plot
+from viewer import learning, palette, plot
 from viewer.compare import SHOWN
 from viewer.frame import VEHICLE_TIME
 from viewer.names import channel
-from viewer.palette import Palette
 
 PAGES = ("Learning", "Before and after", "Signals", "Error", "Effects", "Health", "Channels")
 """In the order of their tabs; the last one where further channels have come."""
@@ -24,7 +23,7 @@ _END = rr.TimeRangeBoundary.infinite()
 PLAYBACK_SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 
-def blueprint(palette: Palette, *, channels: Sequence[str] = (), axis: Axis = YAW) -> rrb.Blueprint:
+def blueprint(*, channels: Sequence[str] = (), axis: Axis = YAW) -> rrb.Blueprint:
     """All pages as tabs, following the vehicle's time: on it every page has something to show.
 
     Where further channels have come, they have a page, too. Names are those of the axis.
@@ -37,8 +36,8 @@ def blueprint(palette: Palette, *, channels: Sequence[str] = (), axis: Axis = YA
         _plot("signals/rejected", "Rejected samples, since start"),
     ]
     pages: list[rrb.Container] = [
-        _learning(palette, words),
-        _compare(palette, words),
+        _learning(words),
+        _compare(words),
         rrb.Vertical(*_streams(words), *residuals, row_shares=[1, 1, 1, 1, 0.8], name="Signals"),
         rrb.Horizontal(_error(words), name="Error"),
         _effects(words),
@@ -58,23 +57,23 @@ def blueprint(palette: Palette, *, channels: Sequence[str] = (), axis: Axis = YA
     )
 
 
-def _axes_view(words: AxisWords, contents: Sequence[str], path: str, palette: Palette) -> rrb.Spatial2DView:
+def _axes_view(words: AxisWords, contents: Sequence[str], path: str) -> rrb.Spatial2DView:
     """An XY plot: the whole axes in sight, their picture out of the pointer's way."""
     return rrb.Spatial2DView(
         origin="/",
         contents=[f"+ /{each}" for each in (path, *contents)],
         name=f"Damping over {words.rate}",
-        background=palette.background,
+        background=palette.BACKGROUND,
         visual_bounds=rrb.VisualBounds2D(x_range=[0, plot.WIDTH], y_range=[0, plot.HEIGHT]),
         overrides={path: rrb.EntityBehavior(interactive=False)},
     )
 
 
-def _learning(palette: Palette, words: AxisWords) -> rrb.Horizontal:
+def _learning(words: AxisWords) -> rrb.Horizontal:
     sets = [f"learning/{name}" for name in (*SETS, *learning.CURVES)]
     tables = [_text("learning/table", "This iteration"), _text("learning/samples", "Its samples")]
     return rrb.Horizontal(
-        _axes_view(words, sets, "learning/axes", palette),
+        _axes_view(words, sets, "learning/axes"),
         rrb.Vertical(
             rrb.Horizontal(*tables, column_shares=[1.35, 1.0]),
             *_streams(words),
@@ -86,8 +85,8 @@ def _learning(palette: Palette, words: AxisWords) -> rrb.Horizontal:
     )
 
 
-def _compare(palette: Palette, words: AxisWords) -> rrb.Horizontal:
-    curves = _axes_view(words, SHOWN, "learning/compare_axes", palette)
+def _compare(words: AxisWords) -> rrb.Horizontal:
+    curves = _axes_view(words, SHOWN, "learning/compare_axes")
     compared = _text("learning/compared", "Compared")
     return rrb.Horizontal(curves, compared, column_shares=[1.55, 1.0], name="Before and after")
 

@@ -20,8 +20,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from rerun.components import Radius
 
+from viewer import palette
 from viewer.frame import Floats
-from viewer.palette import Colour, Palette, hexadecimal
+from viewer.palette import Colour, hexadecimal
 from viewer.recorder import Recorder
 
 WIDTH, HEIGHT = 1500, 1330
@@ -109,19 +110,19 @@ class Axes:
         """What spans `units` of the canvas in both directions, in physical units."""
         return units / self.scale[0], -units / self.scale[1]
 
-    def png(self, palette: Palette, labels: tuple[str, str], legend: Sequence[Sign]) -> bytes:
+    def png(self, labels: tuple[str, str], legend: Sequence[Sign]) -> bytes:
         """The picture of frame, grid, numbered ticks, labels and legend: PNG, SHARP times the canvas."""
         figure = Figure(figsize=(WIDTH / 100.0, HEIGHT / 100.0), dpi=100.0 * SHARP)
-        figure.set_facecolor(hexadecimal(palette.background))
+        figure.set_facecolor(hexadecimal(palette.BACKGROUND))
         box = (LEFT / WIDTH, 1.0 - BOTTOM / HEIGHT, (RIGHT - LEFT) / WIDTH, (BOTTOM - TOP) / HEIGHT)
-        text, frame = hexadecimal(palette.text), hexadecimal(palette.frame)
+        text, frame = hexadecimal(palette.TEXT), hexadecimal(palette.FRAME)
         plot = figure.add_axes(box, facecolor="none", xlim=(-self.x, self.x), ylim=(-self.y, self.y))
         plot.set_xlabel(labels[0], color=text, fontsize=FONT)
         # The label of y stands upright above its axis: nobody has to tilt the head.
         figure.text(0.01, 1.0 - (TOP - 24.0) / HEIGHT, labels[1], color=text, fontsize=FONT, va="bottom")
         plot.tick_params(labelsize=0.9 * FONT, labelcolor=text, color=frame, pad=8.0)
         plot.locator_params(nbins=10, steps=(1, 2, 2.5, 5, 10))
-        plot.grid(color=hexadecimal(palette.grid), linewidth=1.5)
+        plot.grid(color=hexadecimal(palette.GRID), linewidth=1.5)
         for line in (plot.axhline, plot.axvline):
             line(0.0, color=frame, linewidth=1.5, zorder=1.0)
         plot.spines[:].set(visible=True, color=frame, linewidth=2.0)  # whatever style another drawing has in force
@@ -144,10 +145,8 @@ class Plot:
         labels: of x and y, with their units.
     """
 
-    def __init__(
-        self, rec: Recorder, picture: str, signs: Mapping[str, Sign], palette: Palette, labels: tuple[str, str]
-    ) -> None:
-        self._rec, self._picture, self._signs, self._palette, self._labels = rec, picture, signs, palette, labels
+    def __init__(self, rec: Recorder, picture: str, signs: Mapping[str, Sign], labels: tuple[str, str]) -> None:
+        self._rec, self._picture, self._signs, self._labels = rec, picture, signs, labels
         self._axes: Axes | None = None
         self._drawn: dict[str, bytes] = {}  # what each entity has on the screen
         for path, sign in signs.items():
@@ -158,7 +157,7 @@ class Plot:
         if self._axes is None or x > self._axes.x or y > self._axes.y:
             self._axes = Axes.around(x, y)
             self._drawn.clear()
-            png = self._axes.png(self._palette, self._labels, list(self._signs.values()))
+            png = self._axes.png(self._labels, list(self._signs.values()))
             self._rec.log(self._picture, rr.EncodedImage(contents=png, media_type="image/png", draw_order=-10.0))
             self._rec.log(self._picture, rr.Transform3D(scale=1.0 / SHARP))
             middle = [(LEFT + RIGHT) / 2.0, (TOP + BOTTOM) / 2.0, 0.0]

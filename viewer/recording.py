@@ -12,13 +12,12 @@ import rerun as rr
 from rerun.components import MarkerShape
 
 from service.wire import Batch, EffectsLedger, Health, Measurement
-from viewer import texts
+from viewer import palette, texts
 from viewer.compare import Choice, ComparePage
 from viewer.frame import Floats, Frame
 from viewer.learning import LearningPage
 from viewer.names import channel, effect
 from viewer.pages import CHANNELS, blueprint
-from viewer.palette import LIGHT, Palette
 from viewer.recorder import Look, Recorder
 
 HEALTH_S = 5.0
@@ -26,15 +25,15 @@ COLLECTING = "# Collecting the first samples\n\nThe first iteration comes when a
 AWAY = "AWAY"
 DAMPING = "damping"
 LOOKS: Mapping[str, Look] = {
-    "signals/yaw_rate/raw": Look("Raw", LIGHT.old),
-    "signals/yaw_rate/synchronised": Look("Smoothed", LIGHT.forgotten, 1.6, MarkerShape.Circle),
-    "signals/torque/raw": Look("Raw", LIGHT.before),
-    "signals/damping/synchronised": Look("Sample", LIGHT.forgotten, 2.2, MarkerShape.Circle),
-    "signals/damping/predicted": Look("Model before it saw the sample", LIGHT.support, 2.0),
-    "signals/residual": Look("Sample − model", LIGHT.new, 2.6, MarkerShape.Diamond),
-    "signals/health/learned": Look("Learned share", LIGHT.support, 2.5),
-    "effects/torque/measured": Look("Measured", LIGHT.old, 2.0, MarkerShape.Circle),
-    "effects/torque/predicted": Look("Predicted", LIGHT.new),
+    "signals/yaw_rate/raw": Look("Raw", palette.BLUE),
+    "signals/yaw_rate/synchronised": Look("Smoothed", palette.AMBER, 1.6, MarkerShape.Circle),
+    "signals/torque/raw": Look("Raw", palette.ORANGE),
+    "signals/damping/synchronised": Look("Sample", palette.AMBER, 2.2, MarkerShape.Circle),
+    "signals/damping/predicted": Look("Model before it saw the sample", palette.GREEN, 2.0),
+    "signals/residual": Look("Sample − model", palette.RED, 2.6, MarkerShape.Diamond),
+    "signals/health/learned": Look("Learned share", palette.GREEN, 2.5),
+    "effects/torque/measured": Look("Measured", palette.BLUE, 2.0, MarkerShape.Circle),
+    "effects/torque/predicted": Look("Predicted", palette.RED),
 }
 """How each series is drawn whose entity is known; of others the name is the title."""
 
@@ -51,10 +50,9 @@ class Raw:
 class Recording:
     """Logs what comes in, as long as the learner counts on, and remembers how far it got."""
 
-    def __init__(self, recorder: Recorder, palette: Palette, choice: Choice, rate: float) -> None:
+    def __init__(self, recorder: Recorder, choice: Choice, rate: float) -> None:
         self.recorder = recorder
         self.revision = 0
-        self._palette = palette
         self._iteration: int | None = None
         self._vehicle: float | None = None
         self._said: tuple[Any, float] = (None, 0.0)  # what was last logged of the learner's health, and when
@@ -65,12 +63,12 @@ class Recording:
         self._laid = 0  # channels that the pages have a plot for
         self._drawn: dict[str, tuple[float, float]] = {}  # by page the ends of the newest batch that is logged [s]
         self._refused: dict[str, int] = {}
-        self._learning = LearningPage(recorder, palette, rate)
-        self._compare = ComparePage(recorder, palette, choice)
+        self._learning = LearningPage(recorder, rate)
+        self._compare = ComparePage(recorder, choice)
         states = rr.StateConfiguration(
             values=[*texts.LEVELS, AWAY],
             labels=[*texts.LEVELS.values(), "LEARNER AWAY"],
-            colors=[palette.support, palette.forgotten, palette.new, palette.discarded, palette.outlier],
+            colors=[palette.SUPPORT, palette.FORGOTTEN, palette.NEW, palette.DISCARDED, palette.OUTLIER],
         )
         recorder.log("signals/health/level", states, static=True)
 
@@ -139,7 +137,7 @@ class Recording:
         self._receive()
         if len(self._channels) > self._laid:  # one came: the pages are laid out anew
             self._laid = len(self._channels)
-            self.recorder.lay_out(blueprint(self._palette, channels=self._channels, axis=self.recorder.axis))
+            self.recorder.lay_out(blueprint(channels=self._channels, axis=self.recorder.axis))
         return self.recorder.flush()
 
     def _receive(self) -> None:

@@ -25,7 +25,6 @@ from viewer.compare import Choice
 from viewer.follow import Follower, Recordings
 from viewer.frame import Frame
 from viewer.pages import blueprint
-from viewer.palette import DARK
 from viewer.recorder import Recorder
 from viewer.recording import Recording
 
@@ -69,9 +68,7 @@ def test_the_learner_says_it_again_and_ends_earlier(reports: list[IterationRepor
 
 def test_every_sample_is_drawn_once_and_the_recording_goes_on(reports: list[IterationReport], tmp_path: Path) -> None:
     path = tmp_path / "run.rrd"
-    recordings = Recordings(
-        path, lambda each: Recording(Recorder(blueprint(DARK), path=each), DARK, Choice(), rate=0.25)
-    )
+    recordings = Recordings(path, lambda each: Recording(Recorder(blueprint(), path=each), Choice(), rate=0.25))
     with open_session(listener_config_at(free_endpoint())) as session:
         follower = Follower(Questions(session, KEYS), Streams(session, KEYS), recordings)
         for report in reports:

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from viewer.palette import DARK, LIGHT, Colour, Palette
+from viewer import palette
+from viewer.palette import Colour
 from viewer.plot import BOTTOM, HEIGHT, LEFT, RIGHT, SHARP, TOP, WIDTH, Axes, Sign
 
 
@@ -27,17 +28,16 @@ def test_the_canvas_and_physical_units_agree() -> None:
     assert (wide * x, high * y) == pytest.approx((1.0, -1.0))
 
 
-@pytest.mark.parametrize("palette", [DARK, LIGHT])
-def test_the_frame_is_where_the_data_are_put(palette: Palette) -> None:
+def test_the_frame_is_where_the_data_are_put() -> None:
     """The picture's own frame and the way of the data onto the canvas agree to a pixel."""
-    legend = [Sign("One", palette.old, "o"), Sign("Other", palette.new, line="--")]
-    picture = Image.open(io.BytesIO(Axes(0.25, 100.0).png(palette, ("x", "y"), legend))).convert("RGB")
+    legend = [Sign("One", palette.OLD, "o"), Sign("Other", palette.NEW, line="--")]
+    picture = Image.open(io.BytesIO(Axes(0.25, 100.0).png(("x", "y"), legend))).convert("RGB")
     assert picture.size == (round(WIDTH * SHARP), round(HEIGHT * SHARP))
-    assert picture.getpixel((2, picture.height - 2)) == palette.background
+    assert picture.getpixel((2, picture.height - 2)) == palette.BACKGROUND
     for x, y in ((LEFT, 0.3 * TOP + 0.7 * BOTTOM), (RIGHT, 600.0), (700.0, TOP), (700.0, BOTTOM)):
-        assert near(picture.getpixel((round(x * SHARP), round(y * SHARP))), palette.frame)
+        assert near(picture.getpixel((round(x * SHARP), round(y * SHARP))), palette.FRAME)
     colours = {colour for _, colour in picture.getcolors(1 << 20) or ()}
-    assert {palette.old, palette.new} <= colours
+    assert {palette.OLD, palette.NEW} <= colours
 
 
 def near(one: object, other: Colour) -> bool:

@@ -15,14 +15,13 @@ from viewer import texts, window
 from viewer.compare import Choice
 from viewer.frame import Frame, positions
 from viewer.pages import blueprint
-from viewer.palette import DARK
 from viewer.recorder import Recorder
 from viewer.recording import Recording, efforts
 
 
 def record(run: Run, path: Path, choice: Choice) -> None:
-    recorder = Recorder(blueprint(DARK), path=path)
-    pages = Recording(recorder, DARK, choice, rate=0.25)
+    recorder = Recorder(blueprint(), path=path)
+    pages = Recording(recorder, choice, rate=0.25)
     newest = 0.0
     for report, snapshot in run.iterations:
         now = time.time()
@@ -90,9 +89,9 @@ def test_the_error_of_the_untrained_model_is_in_the_name_of_the_curve(run: Run, 
     report, snapshot = run.iterations[0]
     check = Validation(name="V1", mae=5.0, rmse=6.0, samples=100, untrained=48.0)
     path = tmp_path / "run.rrd"
-    recorder = Recorder(blueprint(DARK), path=path)
+    recorder = Recorder(blueprint(), path=path)
     first = report.model_copy(update={"validation": (check,)})
-    Recording(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
+    Recording(recorder, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
     recorder.close()
     assert rows(path, "Scalars:scalars", "/error") == {"/error/V1": {1: [5.0]}}
     assert every(path, "SeriesLines:names", "/error/V1") == ["Validation V1; untrained: 48 N m"]
@@ -146,8 +145,8 @@ def test_a_recording_is_whole(recorded: Path) -> None:
 
 def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "bare.rrd"
-    recorder = Recorder(blueprint(DARK), path=path)
-    Recording(recorder, DARK, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
+    recorder = Recorder(blueprint(), path=path)
+    Recording(recorder, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
     recorder.close()
     assert "curve is missing" in rows(path, "TextDocument:text")["/learning/table"][1][0]
 
@@ -156,8 +155,8 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
     report, snapshot = run.iterations[0]
     wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
     path = tmp_path / "wild.rrd"
-    recorder = Recorder(blueprint(DARK), path=path)
-    pages = Recording(recorder, DARK, Choice(), rate=0.25)
+    recorder = Recorder(blueprint(), path=path)
+    pages = Recording(recorder, Choice(), rate=0.25)
     pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
     pages.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
     recorder.close()
@@ -174,8 +173,8 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
 
 def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "effects.rrd"
-    recorder = Recorder(blueprint(DARK), path=path)
-    pages = Recording(recorder, DARK, Choice(), rate=0.25)
+    recorder = Recorder(blueprint(), path=path)
+    pages = Recording(recorder, Choice(), rate=0.25)
     # The learner says it when it begins, before there is an iteration.
     pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
     for report, snapshot in run.iterations[:2]:
