@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
@@ -38,15 +37,6 @@ LOOKS: Mapping[str, Look] = {
 """How each series is drawn whose entity is known; of others the name is the title."""
 
 
-@dataclass
-class Raw:
-    """What a stream brought that is not logged yet."""
-
-    time: list[float] = field(default_factory=list)
-    value: list[float] = field(default_factory=list)
-    seen: list[float] = field(default_factory=list)
-
-
 class Recording:
     """Logs what comes in, as long as the learner counts on, and remembers how far it got."""
 
@@ -58,11 +48,10 @@ class Recording:
         self._said: tuple[Any, float] = (None, 0.0)  # what was last logged of the learner's health, and when
         self._level = ""
         self._ledger: EffectsLedger | None = EffectsLedger()  # None once it stands at an iteration
-        self._raw: dict[str, Raw] = {}
+        self._raw: dict[str, list[Floats]] = {}  # what came and is not logged yet, (n, 3): time, value, seen
         self._channels: list[str] = []  # in the order in which they came
         self._laid = 0  # channels that the pages have a plot for
         self._drawn: dict[str, tuple[float, float]] = {}  # by page the ends of the newest batch that is logged [s]
-        self._refused: dict[str, int] = {}
         self._learning = LearningPage(recorder, rate)
         self._compare = ComparePage(recorder, choice)
         states = rr.StateConfiguration(
@@ -94,17 +83,12 @@ class Recording:
 
     def measured(self, stream: str, measurement: Measurement, seen: float) -> None:
         """Values of a stream, come in at `seen` [s since 1970]."""
-        t, value = measurement.t, measurement.value
-        times = t if isinstance(t, tuple) else (t,)
-        values = value if isinstance(value, tuple) else (value,)
-        if not times or len(times) != len(values):
+        times, values = np.atleast_1d(measurement.t), np.atleast_1d(measurement.value)
+        if not times.size or times.size != values.size:
             return
-        raw = self._raw.setdefault(stream, Raw())
-        raw.time.extend(times)
-        raw.value.extend(values)
-        raw.seen.extend([seen] * len(times))
+        self._raw.setdefault(stream, []).append(np.column_stack((times, values, np.full(times.size, seen))))
         if self._vehicle is None:
-            self._now(seen, times[0])
+            self._now(seen, float(times[0]))
             self.recorder.write("learning/table", COLLECTING)
 
     def health(self, health: Health, seen: float) -> None:
@@ -114,7 +98,9 @@ class Recording:
             return
         self._said = (said, seen)
         self._now(seen, health.t)
-        self._refusals(health.counters)
+        for name, count in health.counters.items():
+            if name.startswith("rejected"):
+                self._scalar(f"signals/rejected/{name.partition(':')[2] or 'all_reasons'}", float(count))
         self.recorder.write("signals/health/now", texts.health(health, self.recorder.words))
         self._scalar("signals/health/learned", health.learned)
         self._switch(health.level)
@@ -147,8 +133,7 @@ class Recording:
             if path not in LOOKS:
                 path = f"{CHANNELS}/{name}"
                 self._channels += [name] if name not in self._channels else []
-            time, value, seen = (np.array(each, dtype=np.float64) for each in (raw.time, raw.value, raw.seen))
-            self.recorder.series(path, _look(path, channel(name)), time, value, seen)
+            self.recorder.series(path, _look(path, channel(name)), *np.concatenate(raw).T)
         self._raw.clear()
 
     def _samples(self, page: str, batch: Batch, columns: Mapping[str, Floats]) -> None:
@@ -176,13 +161,6 @@ class Recording:
             # The untrained model's error would press all others flat: it is in the name.
             untrained = "" if check.untrained is None else f"; untrained: {texts.quantity(check.untrained, unit)}"
             self._scalar(f"error/{check.name}", check.mae, f"Validation {check.name}{untrained}")
-
-    def _refusals(self, counters: Mapping[str, int]) -> None:
-        """The refused samples so far, altogether and by reason, at the clocks that are set."""
-        reasons = {name.removeprefix("rejected:"): count for name, count in counters.items() if "rejected:" in name}
-        self._refused |= {"all_reasons": sum(reasons.values()), **reasons}
-        for reason, count in self._refused.items():
-            self._scalar(f"signals/rejected/{reason}", float(count))
 
     def _scalar(self, path: str, value: float, title: str | None = None) -> None:
         self.recorder.scalar(path, _look(path, title), value)
