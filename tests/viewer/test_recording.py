@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +21,21 @@ from viewer.recorder import Recorder
 from viewer.recording import Recording, efforts
 
 
-def record(run: Run, path: Path, choice: Choice) -> None:
+@contextmanager
+def recording(path: Path, choice: Choice = Choice()) -> Iterator[Recording]:  # noqa: B008
+    """A recording that is written by the end of the `with`."""
     recorder = Recorder(blueprint(), path=path)
-    pages = Recording(recorder, choice, rate=0.25)
+    yield Recording(recorder, choice, rate=0.25)
+    recorder.close()
+
+
+def record(run: Run, path: Path, choice: Choice) -> None:
+    with recording(path, choice) as pages:
+        play(run, pages)
+
+
+def play(run: Run, pages: Recording) -> None:
+    """The run as it comes in from the bus."""
     newest = 0.0
     for report, snapshot in run.iterations:
         now = time.time()
@@ -34,7 +48,6 @@ def record(run: Run, path: Path, choice: Choice) -> None:
         counters = {"rejected": 3, "rejected:late": 2, "rejected:duplicate": 1}
         pages.health(Health(level="OK", boot="a test", counters=counters, t=report.t), now)
         assert pages.flush()
-    recorder.close()
 
 
 @pytest.fixture(scope="module")
@@ -89,10 +102,9 @@ def test_the_error_of_the_untrained_model_is_in_the_name_of_the_curve(run: Run, 
     report, snapshot = run.iterations[0]
     check = Validation(name="V1", mae=5.0, rmse=6.0, samples=100, untrained=48.0)
     path = tmp_path / "run.rrd"
-    recorder = Recorder(blueprint(), path=path)
     first = report.model_copy(update={"validation": (check,)})
-    Recording(recorder, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
-    recorder.close()
+    with recording(path) as pages:
+        pages.iteration(Frame(first, snapshot, None))
     assert rows(path, "Scalars:scalars", "/error") == {"/error/V1": {1: [5.0]}}
     assert every(path, "SeriesLines:names", "/error/V1") == ["Validation V1; untrained: 48 N m"]
 
@@ -145,9 +157,8 @@ def test_a_recording_is_whole(recorded: Path) -> None:
 
 def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "bare.rrd"
-    recorder = Recorder(blueprint(), path=path)
-    Recording(recorder, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
-    recorder.close()
+    with recording(path) as pages:
+        pages.iteration(Frame(run.iterations[0][0], None, None))
     assert "curve is missing" in rows(path, "TextDocument:text")["/learning/table"][1][0]
 
 
@@ -155,11 +166,9 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
     report, snapshot = run.iterations[0]
     wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
     path = tmp_path / "wild.rrd"
-    recorder = Recorder(blueprint(), path=path)
-    pages = Recording(recorder, Choice(), rate=0.25)
-    pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
-    pages.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
-    recorder.close()
+    with recording(path) as pages:
+        pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
+        pages.iteration(Frame(*run.iterations[1], None))
     strips = rows(path, "LineStrips2D:strips")
     (arrow,) = shown(strips["/learning/off_scale"], 1)
     assert points(arrow)[1, 0] == pytest.approx(0.1)
@@ -173,25 +182,18 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
 
 def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "effects.rrd"
-    recorder = Recorder(blueprint(), path=path)
-    pages = Recording(recorder, Choice(), rate=0.25)
-    # The learner says it when it begins, before there is an iteration.
-    pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
-    for report, snapshot in run.iterations[:2]:
-        size = len(report.batch.time)
-        parts = {"declared inertia": tuple(np.linspace(-9.0, 9.0, size).tolist()), "coupling:sway": (3.0,) * size}
-        batch = report.batch.model_copy(update={"parts": parts})
-        pages.iteration(Frame(report.model_copy(update={"batch": batch}), snapshot, None))
-    recorder.close()
+    with recording(path) as pages:
+        # The learner says it when it begins, before there is an iteration.
+        pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
+        for report, snapshot in run.iterations[:2]:
+            size = len(report.batch.time)
+            parts = {"declared inertia": tuple(np.linspace(-9.0, 9.0, size).tolist()), "coupling:sway": (3.0,) * size}
+            batch = report.batch.model_copy(update={"parts": parts})
+            pages.iteration(Frame(report.model_copy(update={"batch": batch}), snapshot, None))
     assert "## Torque lag" in shown(rows(path, "TextDocument:text", "/effects")["/effects/ledger"], 1)[0]
     found = efforts(batch)
-    assert set(found) == {
-        "effects/torque/measured",
-        "effects/torque/predicted",
-        "effects/parts/declared_inertia",
-        "effects/parts/coupling_sway",
-        "effects/parts/damping",
-    }
+    named = {f"effects/parts/{name}" for name in ("declared_inertia", "coupling_sway", "damping")}
+    assert set(found) == named | {"effects/torque/measured", "effects/torque/predicted"}
     summed = np.sum([values for name, values in found.items() if "parts" in name], axis=0)
     assert found["effects/torque/predicted"] == pytest.approx(summed)
     logged = series(path, "/effects")
