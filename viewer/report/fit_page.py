@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -16,7 +15,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
 from viewer.charts import Curve, damping_chart
 from viewer.drawing import AFTER, BEFORE, Line, longest, run_chart, svg
-from viewer.report.figures import between, capital, number, rendered
+from viewer.report.figures import capital, number, rendered
 
 DRAWN_SECONDS = 30.0
 """Longest part of each free run that is drawn [s]."""
@@ -48,15 +47,15 @@ def fit_page(
         headline=_headline(result, pictures, words),
         remarks=[capital(remark) for remark in result["remarks"]],
         coefficients=[
-            (words.fill(name), number(each["estimate"]), between((each["low"], each["high"])), words.fill(unit))
+            (words.fill(name), each["estimate"], (each["low"], each["high"]), words.fill(unit))
             for (name, unit), each in zip(COEFFICIENTS, result["coefficients"].values(), strict=True)
         ],
         flags=result["coefficient_notes"],
-        range=[number(end) for end in result["trained_range"]],
+        range=result["trained_range"],
         settings=_settings(result, words),
-        damping=Markup(damping_chart([learned_curve(pictures)], samples.yaw_rate, samples.damping, axis)),
-        errors=Markup(_errors(result, axis)),
-        free_runs=[Markup(each) for each in _free_runs(pictures.free_runs, words)],
+        damping=damping_chart([learned_curve(pictures)], samples.yaw_rate, samples.damping, axis),
+        errors=_errors(result, axis),
+        free_runs=_free_runs(pictures.free_runs, words),
         where=f"{pictures.where}, {'which was not learned from' if pictures.unseen else 'which was learned from'}",
     )
 

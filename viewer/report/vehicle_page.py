@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from markupsafe import Markup
-
 from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.terms import mass_unit, stage_unit, thrust_name
 from incsvr.plant.words import words_of
@@ -42,9 +40,9 @@ def vehicle_page(found: Identified, notes: Sequence[str] = (), provenance: Mappi
         summary=_summary(found),
         axes=[(capital(axis), axis in vehicle.driven, _rows(found, axis)) for axis in vehicle.axes],
         errors=_errors(found),
-        track=[(f"{ahead:g}", number(error)) for ahead, error in found.errors.track.items()],
+        track=found.errors.track.items(),
         where=where(found),
-        charts=[] if found.course is None else [Markup(each) for each in free_runs(found.course)],
+        charts=[] if found.course is None else free_runs(found.course),
         refusals=[capital(f"{axis}: {why}") for axis, why in found.refusals.items()],
         manoeuvres=[capital(sentence) for sentence in (*found.warnings, *found.manoeuvres)],
         notes=[capital(note) for note in notes],
