@@ -11,7 +11,7 @@ import numpy as np
 
 from viewer import palette
 from viewer.frame import Floats, Frame, positions
-from viewer.learning import labels
+from viewer.learning import dashes, labels
 from viewer.plot import Plot, Sign
 from viewer.recorder import Recorder
 from viewer.texts import compared
@@ -70,8 +70,7 @@ class ComparePage:
         self._plot.hold(*reach)
         for name, chosen in self._chosen.items():
             curve = chosen.curve
-            dashed = [curve[k : k + 4] for k in range(0, len(curve) - 1, 5)] if name == "before" else [curve]
-            self._plot.lines(f"learning/{name}/function", dashed)
+            self._plot.lines(f"learning/{name}/function", dashes(curve) if name == "before" else [curve])
             self._plot.points(f"learning/{name}/support", positions(chosen.report.support))
             self._plot.points(f"learning/{name}/samples", self._samples[name])
         if self._chosen is not before:

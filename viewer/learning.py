@@ -109,14 +109,15 @@ def draw(model: Model, axes: Axes, step: float = 9.0) -> dict[str, Lines]:
     tube = np.array([0.0, model.epsilon])
     # Over several velocities it is a slice, which may be steeper than all samples.
     inside = np.abs(said.damping) <= axes.y
-    known, unknown = runs(curve, ~said.extrapolated & inside), runs(curve, said.extrapolated)
-    broken = [dashes(run if run[0, 0] > 0.0 else run[::-1], axes.y) for run in unknown]
+    known, unknown = runs(curve, ~said.extrapolated & inside), runs(curve, said.extrapolated & inside)
+    # Beyond the samples it is dashed from there outwards.
+    broken = [dashes(run if run[0, 0] > 0.0 else run[::-1]) for run in unknown]
     return {
         "function": known,
         "tube": [run + side * tube for run in known for side in (-1.0, 1.0)],
         "uncertainty": _hatch(curve, 1.96 * said.sigma, axes),
-        "extrapolation": np.concatenate(broken) if broken else NONE,
-        "trained_range": np.concatenate([_dotted(at, axes) for at in (low, high)]),
+        "extrapolation": [dash for each in broken for dash in each],
+        "trained_range": [dot for at in (low, high) for dot in _upright(at, axes)],
     }
 
 
@@ -139,17 +140,12 @@ def _hatch(curve: Floats, doubt: Floats, axes: Axes) -> list[Floats]:
     return [below, above, strokes.reshape(-1, 2)]
 
 
-def dashes(curve: Floats, reach: float) -> Floats:
-    """The part of the (n, 2) curve within ±reach, with gaps: two steps of line, two of nothing; (m, 3, 2)."""
-    drawn = curve[1:][np.abs(curve[1:, 1]) <= reach]
-    whole = len(drawn) // 4
-    return drawn[: 4 * whole].reshape(whole, 4, 2)[:, :3]
+def dashes(curve: Floats, on: int = 3, off: int = 2) -> list[Floats]:
+    """The (n, 2) curve with gaps: so many steps of line, so many of nothing."""
+    return [curve[k : k + on + 1] for k in range(0, len(curve) - 1, on + off)]
 
 
-def _dotted(at: float, axes: Axes) -> Floats:
-    """A dotted upright line at this rate, as (n, 2, 2) strips."""
-    dot = axes.size(7.0)[1]
-    y = np.arange(-axes.y, axes.y, 2.5 * dot)
-    dots = np.full((y.size, 2, 2), at)
-    dots[:, 0, 1], dots[:, 1, 1] = y, y + dot
-    return dots
+def _upright(at: float, axes: Axes, step: float = 7.0) -> list[Floats]:
+    """A dotted upright line at this rate, a dot each other `step` units of the canvas."""
+    y = np.arange(-axes.y, axes.y, axes.size(step)[1])
+    return dashes(np.column_stack((np.full_like(y, at), y)), on=1, off=1)
