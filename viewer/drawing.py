@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from incsvr.numerics import Array
 
 # Okabe and Ito's palette: told apart by colour-blind readers, and in grey by lightness.
-BEFORE, AFTER, MEASURED = "#d55e00", "#0072b2", "#222222"
+BEFORE, AFTER, MEASURED, BEHIND = "#d55e00", "#0072b2", "#222222", "#b4bdc7"
 PARTS = ("#0072b2", "#009e73", "#d55e00", "#cc79a7", "#8a6d00", "#56b4e9", "#555555", "#e69f00")
 STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
@@ -114,8 +114,18 @@ def over_time(figure: Figure, lines: Sequence[Line], label: str) -> None:
 
 
 def run_chart(lines: Sequence[Line], label: str) -> str:
-    """A free run beside what was measured, or any other lines over time."""
+    """A chart of lines over time."""
     return svg(lambda figure: over_time(figure, lines, label), 4.7, 2.5)
+
+
+def simulated_chart(time: Array, measured: Array, simulated: Array, label: str, seconds: float) -> str:
+    """A chart of the first `seconds` of a free run over what was measured, which a good model's line covers."""
+    here = time <= time[0] + seconds
+    lines = (
+        Line("measured", time[here], measured[here], BEHIND, width=3.0),
+        Line("simulated", time[here], simulated[here], AFTER, width=1.5),
+    )
+    return run_chart(lines, label)
 
 
 def longest(times: Sequence[Array], pieces: int = 4) -> list[int]:

@@ -14,11 +14,9 @@ from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
 from viewer.charts import Curve, damping_chart
-from viewer.drawing import AFTER, BEFORE, Line, longest, run_chart, svg
+from viewer.drawing import AFTER, BEFORE, longest, simulated_chart, svg
 from viewer.report.figures import capital, number, rendered
 
-DRAWN_SECONDS = 30.0
-"""Longest part of each free run that is drawn [s]."""
 NORMAL_95 = 1.96
 COEFFICIENTS = (("{linear}", "{linear_unit}"), ("{quadratic}", "{quadratic_unit}"))
 """What the two of a result are called, and their units: templates of `AxisWords`."""
@@ -132,14 +130,8 @@ def _errors(result: Mapping[str, Any], axis: Axis) -> str:
     return svg(draw, 4.7, 3.2)
 
 
-def _free_runs(runs: Sequence[FreeRun], words: AxisWords) -> list[str]:
-    """The longest free runs, a chart each."""
-    charts = []
-    for run in (runs[k] for k in longest([run.time for run in runs])):
-        here = run.time <= run.time[0] + DRAWN_SECONDS
-        lines = [
-            Line("measured", run.time[here], run.measured[here]),
-            Line("simulated", run.time[here], run.simulated[here], AFTER, width=1.5),
-        ]
-        charts.append(run_chart(lines, f"{words.rate} {words.symbol} [{words.rate_unit}]"))
-    return charts
+def _free_runs(runs: Sequence[FreeRun], words: AxisWords, seconds: float = 30.0) -> list[str]:
+    """The beginnings of the longest free runs, a chart each."""
+    label = f"{words.rate} {words.symbol} [{words.rate_unit}]"
+    chosen = (runs[k] for k in longest([run.time for run in runs]))
+    return [simulated_chart(run.time, run.measured, run.simulated, label, seconds) for run in chosen]

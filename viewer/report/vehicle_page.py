@@ -11,13 +11,9 @@ from incsvr.plant.words import words_of
 from incsvr.vehicle import Identified, Parameter
 from incsvr.vehicle.model import BOUND_REACHED, ESTIMATED, UNKNOWN
 from incsvr.vehicle.prediction import Course
-from viewer.drawing import AFTER, Line, run_chart
+from viewer.drawing import simulated_chart
 from viewer.report.figures import between, capital, number, rendered
 
-DRAWN_SECONDS = 60.0
-"""Longest part of the free run that is drawn [s]."""
-BEHIND = "#b4bdc7"
-"""Colour of the measured velocities, which a good model's line covers."""
 JUDGED_S = 5.0
 """How far ahead the headline speaks of [s]."""
 
@@ -56,16 +52,12 @@ def where(found: Identified) -> str:
     return "the dives' own parts, each predicted by a model of the other parts"
 
 
-def free_runs(course: Course) -> list[str]:
-    """Measured and simulated, a chart for each axis."""
-    charts, here = [], course.time <= DRAWN_SECONDS
-    for k, axis in enumerate(AXES[name] for name in course.axes):
-        lines = [
-            Line("measured", course.time[here], course.measured[here, k], BEHIND, width=3.0),
-            Line("simulated", course.time[here], course.simulated[here, k], AFTER, width=1.5),
-        ]
-        charts.append(run_chart(lines, f"{axis.name} {axis.symbol} [{words_of(axis).rate_unit}]"))
-    return charts
+def free_runs(course: Course, seconds: float = 60.0) -> list[str]:
+    """The beginning of the free run, a chart for each axis."""
+    axes = [AXES[name] for name in course.axes]
+    labels = [f"{axis.name} {axis.symbol} [{words_of(axis).rate_unit}]" for axis in axes]
+    columns = zip(course.measured.T, course.simulated.T, labels, strict=True)
+    return [simulated_chart(course.time, *column, seconds) for column in columns]
 
 
 def _headline(found: Identified) -> list[str]:
