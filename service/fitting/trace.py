@@ -87,7 +87,7 @@ class Traced(Result):
         return request.following("fit", AXIS_FLAGS, "--effects", self.keeps)
 
     def plot(self) -> Any:
-        """The damping, and a free run, before and after, as a figure of matplotlib."""
+        """A free run on unseen data, before and after, as a figure of matplotlib."""
         return plots().of_trace(self.found, self.axis)
 
     def to_frame(self) -> Any:
