@@ -21,8 +21,8 @@ import incsvr
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.bus.session import free_endpoint
+from tests.viewer.screen import on_screen
 from viewer.drawing import AFTER, BEFORE, STYLE
-from viewer.screen import on_screen
 
 ITERATION = 15
 """The iteration whose page Learning is drawn: the cover has just been mounted."""

@@ -10,10 +10,10 @@ from PIL import Image
 
 from incsvr.errors import BadInput
 from tests.viewer.conftest import Run
+from tests.viewer.screen import SIZE, Screen, on_screen
 from tests.viewer.test_recording import record
 from viewer import palette
 from viewer.compare import Choice
-from viewer.screen import SIZE, Screen, on_screen
 
 
 @pytest.fixture(scope="module")
