@@ -10,11 +10,11 @@ import numpy as np
 import rerun as rr
 from rerun.components import MarkerShape
 
-from service.wire import Batch, EffectsLedger, Health, Measurement
+from service.wire import SETS, Batch, EffectsLedger, Health, Measurement
 from viewer import palette, texts
 from viewer.compare import Choice, ComparePage
 from viewer.frame import Floats, Frame
-from viewer.learning import LearningPage
+from viewer.learning import LearningPage, signs
 from viewer.names import channel, effect
 from viewer.pages import CHANNELS, blueprint
 from viewer.recorder import Look, Recorder
@@ -70,7 +70,7 @@ class Recording:
         reach = self._learning.log(frame)
         self._compare.log(frame, reach)
         self._errors(frame)
-        self._samples("signals", report.batch, signals(report.batch))
+        self._samples("signals", report.batch, residuals(report.batch))
         if report.batch.parts:
             self._samples("effects", report.batch, efforts(report.batch))
         if self._ledger is not None:
@@ -78,7 +78,7 @@ class Recording:
             recorder.write("effects/ledger", texts.ledger(self._ledger, recorder.words))
             self._ledger = None
         recorder.write("learning/table", texts.iteration(frame, recorder.words))
-        recorder.write("learning/samples", texts.samples(frame))
+        recorder.write("learning/samples", texts.samples(frame, {name: signs()[name].text for name in SETS}))
         recorder.log("learning/revision", rr.Scalars(float(report.revision)))
 
     def measured(self, stream: str, measurement: Measurement, seen: float) -> None:
@@ -182,7 +182,7 @@ def _look(path: str, title: str | None = None) -> Look:
     return LOOKS.get(path) or Look(title or effect(path.rpartition("/")[2]))
 
 
-def signals(batch: Batch) -> dict[str, Floats]:
+def residuals(batch: Batch) -> dict[str, Floats]:
     """Entity → (n,) rates [rad/s], damping and residual [N m] of a batch's samples."""
     damping = np.array(batch.damping)
     found = {"signals/yaw_rate/synchronised": np.array(batch.rate), "signals/damping/synchronised": damping}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,15 +15,6 @@ from viewer.frame import Frame
 from viewer.names import clock_text, effect, parameter, step, words
 
 LEVELS = {"OK": "OK", "WARN": "WARNING", "ERROR": "ERROR", "STALE": "NO DATA"}
-SETS_IN_WORDS = {
-    "new": "New samples",
-    "old": "Old vectors",
-    "support": "Support vectors",
-    "forgotten": "Forgotten",
-    "outliers": "Outliers",
-    "discarded_tube": "Discarded, in the tube",
-    "discarded_near": "Discarded, near a vector",
-}
 
 
 def iteration(frame: Frame, axis: AxisWords = YAW_WORDS) -> str:
@@ -49,9 +40,9 @@ def iteration(frame: Frame, axis: AxisWords = YAW_WORDS) -> str:
     return "\n".join(lines)
 
 
-def samples(frame: Frame) -> str:
-    """How many samples are in each set that the page draws."""
-    rows = [(text, len(getattr(frame.report, name))) for name, text in SETS_IN_WORDS.items()]
+def samples(frame: Frame, sets: Mapping[str, str]) -> str:
+    """How many samples are in each set that the page draws, by what the legend calls it."""
+    rows = [(text, len(getattr(frame.report, name))) for name, text in sets.items()]
     undriven = ("Driven by the water", frame.report.counts.get("undriven", 0))
     return "\n".join(table(("Samples", "Count"), [*rows, undriven]))
 

@@ -111,7 +111,8 @@ def test_beyond_its_bound_a_client_is_turned_away_until_another_goes(page: Serve
     assert answer(page, "/")[0] == 200
 
 
-def test_a_browser_is_told_once_and_whenever_something_is_new(page: Server) -> None:
+def test_a_browser_is_told_with_the_page_and_whenever_something_is_new(page: Server) -> None:
+    assert b'show({"' in answer(page, "/")[1]
     connection = HTTPConnection(*place(page), timeout=PATIENCE)
     connection.request("GET", "/events")
     with connection.getresponse() as told:
