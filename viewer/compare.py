@@ -12,9 +12,9 @@ import numpy as np
 from viewer import palette
 from viewer.frame import Floats, Frame, positions
 from viewer.learning import dashes, labels
-from viewer.plot import Plot, Sign
 from viewer.recorder import Recorder
 from viewer.texts import compared
+from viewer.xy_plot import Plot, Sign
 
 MAX_SAMPLES = 1000  # of each of the two at most: the newest
 SHOWN = [f"learning/{name}/{what}" for what in ("function", "support", "samples") for name in ("before", "after")]

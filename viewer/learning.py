@@ -10,8 +10,8 @@ from incsvr.plant.words import AxisWords
 from service.wire import SETS, IterationReport
 from viewer import palette
 from viewer.frame import Floats, Frame, positions
-from viewer.plot import Axes, Lines, Plot, Sign
 from viewer.recorder import Recorder
+from viewer.xy_plot import Axes, Lines, Plot, Sign
 
 WILD_FACTOR = 1.3  # times the largest damping that was taken seriously
 CURVES = ("uncertainty", "tube", "function", "extrapolation", "trained_range", "off_scale")

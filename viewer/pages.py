@@ -10,7 +10,7 @@ import rerun.blueprint as rrb
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
 from service.wire import SETS
-from viewer import learning, palette, plot
+from viewer import learning, palette, xy_plot
 from viewer.compare import SHOWN
 from viewer.frame import VEHICLE_TIME
 from viewer.names import channel
@@ -64,7 +64,7 @@ def _axes_view(words: AxisWords, contents: Sequence[str], path: str) -> rrb.Spat
         contents=[f"+ /{each}" for each in (path, *contents)],
         name=f"Damping over {words.rate}",
         background=palette.BACKGROUND,
-        visual_bounds=rrb.VisualBounds2D(x_range=[0, plot.WIDTH], y_range=[0, plot.HEIGHT]),
+        visual_bounds=rrb.VisualBounds2D(x_range=[0, xy_plot.WIDTH], y_range=[0, xy_plot.HEIGHT]),
         overrides={path: rrb.EntityBehavior(interactive=False)},
     )
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 from viewer import palette
 from viewer.palette import Colour
-from viewer.plot import BOTTOM, HEIGHT, LEFT, RIGHT, SHARP, TOP, WIDTH, Axes, Sign
+from viewer.xy_plot import BOTTOM, HEIGHT, LEFT, RIGHT, SHARP, TOP, WIDTH, Axes, Sign
 
 
 @given(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6))
