@@ -15,14 +15,16 @@ from urllib.request import urlopen
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import incsvr
 from incsvr.errors import BadInput
+from incsvr.forecasting.over_recordings import FitPictures
 from incsvr.numerics import Array
 from service.bus.session import free_endpoint
 from tests.viewer.screen import on_screen
-from viewer.drawing import AFTER, BEFORE, STYLE
+from viewer.drawing import AFTER, BEFORE, MEASURED, STYLE
 
 ITERATION = 15
 """The iteration whose page Learning is drawn: the cover has just been mounted."""
@@ -37,6 +39,8 @@ INERTIA = 350.0
 LOGS = Path("docs/logs")
 """The logs that come along, which the tutorial on a notebook reads."""
 DPI = 150
+RATE_BINS = 14
+"""Bins of the yaw rate for the means of the samples."""
 
 
 def main(recording: Path, folder: Path) -> int:
@@ -66,45 +70,80 @@ def draw_notebook(logs: Path, folder: Path) -> None:
 
 
 def draw_cover(folder: Path, picture: Path) -> None:
-    """The damping of the demo's vehicle without the cover and with it, and the difference with its band of 95 %.
+    """The damping of the demo's vehicle without the cover and with it, and the difference.
 
-    Each of the runs `T1.csv` and `T2.csv` of the folder is learned by itself, as `incsvr fit` does it. Damping opposes
-    both turns alike: all is turned one way.
+    Each of the runs `T1.csv` and `T2.csv` of the folder is learned by itself, as `incsvr fit` does it.
 
     Raises:
         BadInput: one of them is not there.
     """
-    fits = {name: _fitted(folder / f"{run}.csv") for name, (run, _) in RUNS.items()}
-    ends = [abs(end) for fit in fits.values() for end in fit.model.trained_range or ()]
-    rate: Array = np.linspace(0.0, min(ends), 201, dtype=np.float64)
+    learned = {name: _learned(folder / f"{run}.csv") for name, (run, _) in RUNS.items()}
+    fastest = min(max(abs(end) for end in each.model.trained_range or (0.0, 0.0)) for each in learned.values())
+    rate: Array = np.linspace(0.0, fastest, 201, dtype=np.float64)
     with rc_context(STYLE | {"savefig.dpi": DPI, "font.size": 13, "legend.fontsize": 12}):
         figure = Figure(figsize=(10.0, 4.4), layout="constrained")
         left, right = figure.subplots(1, 2)
-        curves, doubts = [], []
-        for name, fit in fits.items():
-            colour, samples = RUNS[name][1], fit.pictures.samples
-            turned = samples.damping * np.sign(samples.yaw_rate)
-            left.plot(np.abs(samples.yaw_rate), turned, ".", color=colour, markersize=2.5, alpha=0.3)
-            ahead, back = fit.predict(rate), fit.predict(-rate)
-            curves.append((ahead.damping - back.damping) / 2.0)
-            doubts.append((ahead.doubt + back.doubt) / 2.0)
-            left.plot(rate, curves[-1], color=colour, linewidth=2.4, label=name)
-        added, doubt = curves[1] - curves[0], 1.96 * np.hypot(*doubts)
-        right.plot(rate, added, color=AFTER, linewidth=2.4, label="difference of the curves")
-        right.fill_between(rate, added - doubt, added + doubt, color=AFTER, alpha=0.2, linewidth=0, label="95 %")
-        right.axhline(0.0, color=BEFORE, linewidth=1.2)
-        left.set(ylabel="Damping d(r) [N m]", title="What was learned", ylim=(0.0, None))
-        right.set(ylabel="Damping that the cover adds [N m]", title="What the cover adds")
+        _curves(left, rate, learned)
+        _difference(right, rate, learned)
         for axes in (left, right):
             axes.set(xlabel="Yaw rate r [rad/s]", xlim=(0.0, rate[-1]))
             axes.legend(loc="upper left")
         figure.savefig(picture)
 
 
-def _fitted(run: Path) -> Any:
+def _learned(run: Path) -> FitPictures:
     if not run.is_file():
         raise BadInput(f"{run}: there is no such run; `make demo` makes it")
-    return incsvr.fit(run, inertia=INERTIA, config="config.yaml")
+    fit: Any = incsvr.fit(run, inertia=INERTIA, config="config.yaml")
+    learned: FitPictures = fit.pictures
+    return learned
+
+
+def _curves(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
+    for name, each in learned.items():
+        turns, damping = _one_way(each)
+        colour = RUNS[name][1]
+        axes.plot(turns, damping, ".", color=colour, markersize=2.5, alpha=0.3)
+        axes.plot(rate, _both_ways(each, rate), color=colour, linewidth=2.4, label=name)
+    axes.set(ylabel="Damping d(r) [N m]", title="What was learned", ylim=(0.0, None))
+
+
+def _difference(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
+    """By how much samples and curve with the cover lie above those without it."""
+    edges: Array = np.linspace(0.0, rate[-1], RATE_BINS + 1, dtype=np.float64)
+    means, errors = zip(*(_means(each, edges) for each in learned.values()), strict=True)
+    middle, doubt = (edges[1:] + edges[:-1]) / 2.0, 1.96 * np.hypot(*errors)
+    axes.errorbar(
+        middle, means[1] - means[0], doubt, fmt="o", color=MEASURED, markersize=5.0, label="means of samples, 95 %"
+    )
+    curves = [_both_ways(each, rate) for each in learned.values()]
+    axes.plot(rate, curves[1] - curves[0], color=AFTER, linewidth=2.4, label="learned curves")
+    axes.axhline(0.0, color=BEFORE, linewidth=1.2)
+    axes.set(ylabel="Damping that the cover adds [N m]", title="What the cover adds")
+
+
+def _means(learned: FitPictures, edges: Array) -> tuple[Array, Array]:
+    """(RATE_BINS,) the samples' damping between two edges, less what the curve bends there, and standard errors."""
+    turns, damping = _one_way(learned)
+    place = np.digitize(turns, edges) - 1
+    middle = (edges[1:] + edges[:-1]) / 2.0
+    level = damping - _both_ways(learned, turns) + _both_ways(learned, middle)[np.clip(place, 0, RATE_BINS - 1)]
+    parts = [level[place == k] for k in range(RATE_BINS)]
+    means = np.array([part.mean() if part.size else np.nan for part in parts])
+    errors = np.array([part.std() / np.sqrt(part.size) if part.size else np.nan for part in parts])
+    return means, errors
+
+
+def _one_way(learned: FitPictures) -> tuple[Array, Array]:
+    """(n,) rates and damping of all samples, turned one way: damping opposes both turns alike."""
+    rate, damping = learned.samples.yaw_rate, learned.samples.damping
+    return np.abs(rate), damping * np.sign(rate)
+
+
+def _both_ways(learned: FitPictures, rate: Array) -> Array:
+    """(n,) the learned damping at rates ≥ 0, the mean of both turns [N m]."""
+    left, right = (learned.model.predict(side * rate).damping for side in (1.0, -1.0))
+    return np.asarray((left - right) / 2.0)
 
 
 def draw_page(picture: Path) -> None:
