@@ -26,6 +26,7 @@ from viewer.drawing import (
     driven,
     edges,
     longest,
+    rate_label,
     run_chart,
     svg,
 )
@@ -84,7 +85,7 @@ def draw_damping(figure: Figure, curves: Sequence[Curve], rate: Array, damping: 
     below.set_yticks([])
     below.set_ylabel("samples", rotation=0, ha="right", va="center")
     below.grid(visible=False)
-    below.set_xlabel(f"{words.rate} {words.symbol} [{words.rate_unit}]")
+    below.set_xlabel(rate_label(axis))
 
 
 UNITS = {
@@ -156,8 +157,8 @@ def hint(name: str, words: AxisWords = YAW_WORDS) -> str:
 
 def free_runs(before: Errors, after: Errors, scale: float, axis: Axis = YAW) -> list[str]:
     """The rate simulated from the torque alone beside the measured one, in the longest unseen pieces, a chart each."""
-    label = words_of(axis).fill(UNITS["yaw_rate"])
-    return [run_chart(free_run(before, after, k, scale), label) for k in longest(after.time)]
+    runs = (free_run(before, after, k, scale) for k in longest(after.time))
+    return [run_chart(run, rate_label(axis)) for run in runs]
 
 
 def free_run(before: Errors, after: Errors, k: int, scale: float) -> list[Line]:

@@ -15,6 +15,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array
+from incsvr.plant.axes import Axis
+from incsvr.plant.words import words_of
 
 # Okabe and Ito's palette: told apart by colour-blind readers, and in grey by lightness.
 BEFORE, AFTER, MEASURED, BEHIND = "#d55e00", "#0072b2", "#222222", "#b4bdc7"
@@ -118,14 +120,19 @@ def run_chart(lines: Sequence[Line], label: str) -> str:
     return svg(lambda figure: over_time(figure, lines, label), 4.7, 2.5)
 
 
-def simulated_chart(time: Array, measured: Array, simulated: Array, label: str, seconds: float) -> str:
+def rate_label(axis: Axis) -> str:
+    """The rate of an axis with letter and unit: yaw rate r [rad/s]."""
+    return words_of(axis).fill("{rate} {symbol} [{rate_unit}]")
+
+
+def simulated_chart(axis: Axis, time: Array, measured: Array, simulated: Array, seconds: float) -> str:
     """A chart of the first `seconds` of a free run over what was measured, which a good model's line covers."""
     here = time <= time[0] + seconds
     lines = (
         Line("measured", time[here], measured[here], BEHIND, width=3.0),
         Line("simulated", time[here], simulated[here], AFTER, width=1.5),
     )
-    return run_chart(lines, label)
+    return run_chart(lines, rate_label(axis))
 
 
 def longest(times: Sequence[Array], pieces: int = 4) -> list[int]:

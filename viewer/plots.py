@@ -11,8 +11,8 @@ from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Comparison, Identified
-from viewer.charts import UNITS, draw_damping, free_run
-from viewer.drawing import MEASURED, STYLE, longest, over_time
+from viewer.charts import draw_damping, free_run
+from viewer.drawing import MEASURED, STYLE, longest, over_time, rate_label
 from viewer.log_plot import of_log
 from viewer.report.dives_page import draw as draw_dives
 from viewer.report.fit_page import learned_curve
@@ -35,7 +35,7 @@ def of_trace(trace: Trace, axis: Axis = YAW) -> Any:
         figure = pyplot.figure(figsize=(8.0, 3.5), layout="constrained")
         (k,) = longest(after.time, 1)
         lines = free_run(trace.pictures.before, after, k, trace.model.scale)
-        over_time(figure, lines, words_of(axis).fill(UNITS["yaw_rate"]))
+        over_time(figure, lines, rate_label(axis))
     return figure
 
 

@@ -53,7 +53,7 @@ def fit_page(
         settings=_settings(result, words),
         damping=damping_chart([learned_curve(pictures)], samples.yaw_rate, samples.damping, axis),
         errors=_errors(result, axis),
-        free_runs=_free_runs(pictures.free_runs, words),
+        free_runs=_free_runs(pictures.free_runs, axis),
         where=f"{pictures.where}, {'which was not learned from' if pictures.unseen else 'which was learned from'}",
     )
 
@@ -130,8 +130,7 @@ def _errors(result: Mapping[str, Any], axis: Axis) -> str:
     return svg(draw, 4.7, 3.2)
 
 
-def _free_runs(runs: Sequence[FreeRun], words: AxisWords, seconds: float = 30.0) -> list[str]:
+def _free_runs(runs: Sequence[FreeRun], axis: Axis, seconds: float = 30.0) -> list[str]:
     """The beginnings of the longest free runs, a chart each."""
-    label = f"{words.rate} {words.symbol} [{words.rate_unit}]"
     chosen = (runs[k] for k in longest([run.time for run in runs]))
-    return [simulated_chart(run.time, run.measured, run.simulated, label, seconds) for run in chosen]
+    return [simulated_chart(axis, run.time, run.measured, run.simulated, seconds) for run in chosen]

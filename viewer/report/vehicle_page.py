@@ -54,10 +54,10 @@ def where(found: Identified) -> str:
 
 def free_runs(course: Course, seconds: float = 60.0) -> list[str]:
     """The beginning of the free run, a chart for each axis."""
-    axes = [AXES[name] for name in course.axes]
-    labels = [f"{axis.name} {axis.symbol} [{words_of(axis).rate_unit}]" for axis in axes]
-    columns = zip(course.measured.T, course.simulated.T, labels, strict=True)
-    return [simulated_chart(course.time, *column, seconds) for column in columns]
+    columns = zip(course.axes, course.measured.T, course.simulated.T, strict=True)
+    return [
+        simulated_chart(AXES[axis], course.time, measured, simulated, seconds) for axis, measured, simulated in columns
+    ]
 
 
 def _headline(found: Identified) -> list[str]:
