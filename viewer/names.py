@@ -1,4 +1,4 @@
-"""What people call effects, their parameters, channels and instants, with units."""
+"""What people call effects, channels and instants, with units."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
 
-from incsvr.plant.words import YAW_WORDS, AxisWords
-from incsvr.tracing.sentences import LABELS
 from service.inputs.units import si_unit
 
 
@@ -36,19 +34,14 @@ def channel(name: str) -> str:
     return words(name) + (f" [{unit}]" if unit else "")
 
 
-def parameter(name: str, value: float, interval: Any = None, axis: AxisWords = YAW_WORDS) -> str:
-    """A parameter with its value, interval and unit: time constant 0.71 s (0.66 to 0.76)."""
-    label, unit = LABELS.get(name, (name.replace("_", " "), ""))
-    known = f"{value:.3g} {axis.fill(unit)}" if isinstance(value, float | int) else str(value)
-    shown = f"{axis.fill(label)} {known}".rstrip()
-    return shown + (f" ({interval[0]:.3g} to {interval[1]:.3g})" if interval and interval[0] < interval[1] else "")
+def about(found: Mapping[str, Any]) -> str:
+    """The sentence about an effect that was found, which has its values and intervals, without its name."""
+    return str(found.get("sentence") or "").removeprefix(f"{found.get('effect')}: ")
 
 
 def finding(found: Mapping[str, Any]) -> str:
     """An effect that was found: its name in words, and the sentence about it."""
-    name = str(found.get("effect"))
-    about = str(found.get("sentence") or "").removeprefix(f"{name}: ")
-    return f"{effect(name)}: {about}" if about else effect(name)
+    return ": ".join(filter(None, (effect(str(found.get("effect"))), about(found))))
 
 
 def step(entry: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from incsvr.plant.words import YAW_WORDS, AxisWords
 from incsvr.tracing.sentences import chance
 from service.wire import EffectsLedger, Health
 from viewer.frame import Frame
-from viewer.names import clock_text, effect, parameter, step, words
+from viewer.names import about, clock_text, effect, step
 
 LEVELS = {"OK": "OK", "WARN": "WARNING", "ERROR": "ERROR", "STALE": "NO DATA"}
 
@@ -131,17 +131,11 @@ def ledger(said: EffectsLedger, axis: AxisWords = YAW_WORDS) -> str:
 
 
 def _about(found: dict[str, Any], axis: AxisWords) -> list[str]:
-    """An effect: what it is, how sure, and its errors before and after where they are known."""
+    """An effect: what it is with its values and intervals, how sure, and its errors where they are known."""
     state = found.get("state")
-    lines = [f"## {effect(str(found.get('effect', '?')))}" + (f" ({state})" if state else "")]
-    if found.get("sentence"):
-        lines.append(str(found["sentence"]))
-    intervals = found.get("interval") or {}
-    values = (found.get("parameters") or {}).items()
-    lines += [f"- {words(parameter(name, value, intervals.get(name), axis))}" for name, value in values]
-    if found.get("share") is not None:
-        p = chance(found.get("p_value", 0), 1)
-        lines.append(f"- {100 * found['share']:.0f} % of the better fit, p {p}")
+    lines = [f"## {effect(str(found.get('effect', '?')))}" + (f" ({state})" if state else ""), about(found)]
+    if found.get("p_value") is not None:
+        lines.append(f"- p {chance(found['p_value'], 1)}")
     if found.get("error"):
         lines.append(f"- On fresh data, without → with it: {errors(found['error'], axis)}")
     return lines

@@ -202,8 +202,7 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
 
 
 def test_what_is_found_stands_in_the_ledger_with_its_state_and_interval() -> None:
-    found = {"effect": "torque_lag", "state": "suspected", "sentence": "The torque lags."}
-    about = {"parameters": {"time_constant_s": 0.71}, "interval": {"time_constant_s": [0.66, 0.76]}}
-    said = texts.ledger(EffectsLedger(mode="advise", found=(found | about,)))
-    assert "# Found, not in force\n## Torque lag (suspected)\nThe torque lags.\n" in said
-    assert "- Time constant 0.71 s (0.66 to 0.76)" in said
+    sentence = "torque_lag: the torque lags; time constant 0.71 (0.66 to 0.76) s."
+    found = {"effect": "torque_lag", "state": "suspected", "sentence": sentence, "p_value": 0.0}
+    said = texts.ledger(EffectsLedger(mode="advise", found=(found,)))
+    assert "## Torque lag (suspected)\nthe torque lags; time constant 0.71 (0.66 to 0.76) s.\n- p < 1e-300" in said
