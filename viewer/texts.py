@@ -132,8 +132,9 @@ def ledger(said: EffectsLedger, axis: AxisWords = YAW_WORDS) -> str:
 
 def _about(found: dict[str, Any], axis: AxisWords) -> list[str]:
     """An effect: what it is with its values and intervals, how sure, and its errors where they are known."""
-    state = found.get("state")
-    lines = [f"## {effect(str(found.get('effect', '?')))}" + (f" ({state})" if state else ""), about(found)]
+    state, said = found.get("state"), about(found)
+    name = effect(str(found.get("effect", "?")))
+    lines = [f"## {name} ({state})" if state else f"## {name}", said[:1].upper() + said[1:]]
     if found.get("p_value") is not None:
         lines.append(f"- p {chance(found['p_value'], 1)}")
     if found.get("error"):

@@ -205,4 +205,4 @@ def test_what_is_found_stands_in_the_ledger_with_its_state_and_interval() -> Non
     sentence = "torque_lag: the torque lags; time constant 0.71 (0.66 to 0.76) s."
     found = {"effect": "torque_lag", "state": "suspected", "sentence": sentence, "p_value": 0.0}
     said = texts.ledger(EffectsLedger(mode="advise", found=(found,)))
-    assert "## Torque lag (suspected)\nthe torque lags; time constant 0.71 (0.66 to 0.76) s.\n- p < 1e-300" in said
+    assert "## Torque lag (suspected)\nThe torque lags; time constant 0.71 (0.66 to 0.76) s.\n- p < 1e-300" in said
