@@ -107,8 +107,9 @@ class Follower:
             return
         if health.revision < self._recordings.now.revision:
             self._begin()
-        for report in self._learner.reports(self._recordings.now.revision):
-            self.show(Frame(report, self._learner.model(report.revision), seen))
+        if health.revision > self._recordings.now.revision:
+            for report in self._learner.reports(self._recordings.now.revision):
+                self.show(Frame(report, self._learner.model(report.revision), seen))
         ledger = self._learner.ledger()
         if ledger is not None and ledger != self._ledger:
             self._ledger = ledger
