@@ -43,3 +43,23 @@ def test_the_frame_is_where_the_data_are_put() -> None:
 def near(one: object, other: Colour) -> bool:
     assert isinstance(one, tuple)
     return all(abs(a - b) <= 12 for a, b in zip(one, other, strict=True))
+
+
+@pytest.mark.parametrize("name", ["OLD", "NEW", "SUPPORT", "FORGOTTEN", "DISCARDED", "OUTLIER", "BEFORE", "TUBE"])
+def test_each_colour_stands_out_from_the_background(name: str) -> None:
+    assert contrast(getattr(palette, name), palette.BACKGROUND) > 3.0
+
+
+def test_series_are_read_in_either_theme_of_rerun() -> None:
+    for colour in palette.SERIES:
+        assert min(contrast(colour, back) for back in ((255, 255, 255), (13, 16, 17))) > 3.0
+
+
+def contrast(one: Colour, other: Colour) -> float:
+    """WCAG 2.1's ratio."""
+
+    def light(colour: Colour) -> float:
+        parts = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (each / 255 for each in colour)]
+        return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2] + 0.05
+
+    return max(light(one), light(other)) / min(light(one), light(other))
