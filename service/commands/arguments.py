@@ -59,12 +59,6 @@ def add_report_argument(parser: argparse.ArgumentParser) -> None:
     )
 
 
-REPORT_WRITER = "viewer.report"
-"""Writes a report; loaded when asked for, so that learning and tracing need no drawing library."""
-PLOTS = "viewer.plots"
-"""Draws figures; loaded when asked for."""
-
-
 def provenance(args: argparse.Namespace, words: Sequence[str] | None = None) -> dict[str, str]:
     """Recordings, command line (`words`, or those of this process), software and date, each by what to call it."""
     named = {"recordings": args.recordings, "validated on": args.validate}

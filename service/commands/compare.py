@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from importlib import import_module
 from pathlib import Path
 
+from service.cli.extras import reports
 from service.cli.output import add_json_argument, emit, refuse_unwritable
 from service.commands.arguments import (
-    REPORT_WRITER,
     add_configuration_arguments,
     add_report_argument,
     provenance,
@@ -49,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
         write_dives(args.table, result.compared, args.name)
     if args.report:
         made_of = provenance(argparse.Namespace(recordings=args.dives, validate=[]))
-        writer = import_module(REPORT_WRITER)
-        writer.write_dives(result.compared, explanations(result.compared), args.report, made_of)
+        page = reports().dives_page(result.compared, explanations(result.compared), made_of)
+        reports().save(page, args.report)
     emit(args, result.to_dict(), result.text)
     return 0

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from importlib import import_module
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from service.cli.extras import reports
 from service.cli.next_command import next_line
 from service.cli.output import add_json_argument, emit
 from service.commands.arguments import (
     POLICY_HELP,
-    REPORT_WRITER,
     VEHICLE_HELP,
     add_configuration_arguments,
     add_recordings_arguments,
@@ -71,8 +70,8 @@ def run(args: argparse.Namespace) -> int:
         emit(args, result, words)
     finally:
         if args.report:
-            writer = import_module(REPORT_WRITER)
-            writer.write_fit(result, found.pictures, args.report, found.axis, provenance(args))
+            page = reports().fit_page(result, found.pictures, found.axis, provenance(args))
+            reports().save(page, args.report)
     return 0
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from importlib import import_module
 from pathlib import Path
 
+from service.cli.extras import reports
 from service.cli.output import add_json_argument, emit, refuse_replacing
 from service.commands.arguments import (
-    REPORT_WRITER,
     add_configuration_arguments,
     add_report_argument,
     provenance,
@@ -50,5 +49,5 @@ def run(args: argparse.Namespace) -> int:
         emit(args, result.to_dict(), words)
     finally:
         if args.report:
-            import_module(REPORT_WRITER).write_vehicle(result.found, args.report, result.notes, provenance(args))
+            reports().save(reports().vehicle_page(result.found, result.notes, provenance(args)), args.report)
     return 0

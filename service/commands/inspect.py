@@ -19,10 +19,10 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.words import words_of
 from incsvr.signals.message_rates import slow_torque
+from service.cli.extras import plots
 from service.cli.next_command import LOG_FLAGS, following, next_line
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
-from service.commands.arguments import PLOTS
 from service.config.sources import add_client_arguments, from_arguments
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.clocks import without_leaps
@@ -126,7 +126,7 @@ def _plot(path: Path, summary: LogSummary) -> None:
         raise BadInput(f"{summary.name}: --plot needs a yaw rate: name it with --column yaw_rate=FIELD")
     armed = None if measured.armed is None else arming_spans(*measured.armed)
     units = {name: each["unit"] for name, each in _measured(summary.proposal.inputs, measured).items()}
-    figure = import_module(PLOTS).of_log(summary.name, measured.streams, units, armed)
+    figure = plots().of_log(summary.name, measured.streams, units, armed)
     try:
         figure.savefig(path)
     except (OSError, ValueError) as error:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from importlib import import_module
 
+from service.cli.extras import reports
 from service.cli.output import add_json_argument, emit
 from service.commands.arguments import (
-    REPORT_WRITER,
     VEHICLE_HELP,
     add_configuration_arguments,
     add_recordings_arguments,
@@ -39,5 +38,5 @@ def run(args: argparse.Namespace) -> int:
         emit(args, traced.to_dict(), traced.text)  # before any picture: it is kept whatever becomes of that
     finally:
         if args.report:
-            import_module(REPORT_WRITER).write(traced.found, args.report, traced.axis, provenance(args))
+            reports().save(reports().trace_page(traced.found, traced.axis, provenance(args)), args.report)
     return 0

@@ -10,12 +10,13 @@ from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
 from incsvr.vehicle import compare as compare_dives
 from incsvr.vehicle.causes import causes
 from incsvr.vehicle.compare import Comparison, Value
+from service.cli.extras import plots
 from service.cli.next_command import LOG_FLAGS, next_line
 from service.fitting.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
 from service.fitting.good_enough import MAX_CHANGE_SHARE, Use, good_enough, good_enough_lines, noticing, unknown
 from service.fitting.identify import body_reading, configured
 from service.fitting.request import Request, read_body
-from service.fitting.results import Result, frame, plots, with_next
+from service.fitting.results import Result, frame, with_next
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
 from service.recordings.log_refusals import (
     DIVE_GIVEN_TWICE,

@@ -21,6 +21,7 @@ from incsvr.vehicle import identify as identify_vehicle
 from incsvr.vehicle.identify import STEPS
 from incsvr.vehicle.model import beaten
 from incsvr.vehicle.runs import axes_of, prepared
+from service.cli.extras import plots
 from service.cli.next_command import LOG_FLAGS, next_line
 from service.cli.output import refuse_replacing, writing
 from service.cli.progress import progress
@@ -30,7 +31,7 @@ from service.config.vehicle_file import MARK, is_name, read_values, write_vehicl
 from service.fitting.each_log import body_axes, refuse_frame, refuse_idle, refuse_odd
 from service.fitting.good_enough import Use, good_enough, good_enough_lines, without_gyro
 from service.fitting.request import Request, read_body
-from service.fitting.results import Result, frame, plots, with_next
+from service.fitting.results import Result, frame, with_next
 from service.fitting.sensors import examine_sensors, with_heading_sign
 from service.number import number_of
 from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_implausible, refuse_twice

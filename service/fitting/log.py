@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.cli.extras import plots
 from service.config.sources import read as read_config
 from service.fitting.arrays import Arrays
 from service.fitting.request import Request, Source, read_each
-from service.fitting.results import frame, plots
+from service.fitting.results import frame
 from service.inputs.units import si_unit
 from service.recordings.recording import Recording
 

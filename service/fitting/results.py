@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from types import ModuleType
 from typing import Any
 
 from incsvr.errors import BadInput
 from service.cli.extras import how_to_install
-
-PLOTS = "viewer.plots"
-"""Draws figures; loaded when asked for, so that learning and tracing need no drawing library."""
 
 
 class Result:
@@ -26,15 +22,6 @@ class Result:
 
     def __repr__(self) -> str:
         return self.text
-
-
-def plots() -> ModuleType:
-    """The module that draws.
-
-    Raises:
-        BadInput: matplotlib is not installed, and how it is.
-    """
-    return import_module(PLOTS)
 
 
 def frame(data: Mapping[str, Any] | Sequence[Mapping[str, Any]], columns: Sequence[str] | None = None) -> Any:

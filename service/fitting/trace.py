@@ -16,6 +16,7 @@ from incsvr.tracing import result
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import chance, headline, limits, proof
+from service.cli.extras import plots
 from service.cli.next_command import AXIS_FLAGS, LOG_FLAGS, WRITTEN, next_line
 from service.cli.progress import progress
 from service.fitting import declared as of_inertia
@@ -26,7 +27,7 @@ from service.fitting.each_log import refuse_idle, refuse_odd
 from service.fitting.good_enough import Use, closed_loop, feed_forward, good_enough, good_enough_lines, without_gyro
 from service.fitting.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.fitting.request import Request
-from service.fitting.results import Result, frame, plots, with_next
+from service.fitting.results import Result, frame, with_next
 from service.fitting.sensors import examine_sensors, sensor_notes, with_heading_sign
 from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_twice
 from service.recordings.recording import Recording
@@ -86,7 +87,7 @@ class Traced(Result):
         return request.following("fit", AXIS_FLAGS, "--effects", self.keeps)
 
     def plot(self) -> Any:
-        """The damping, and a free run, before and after, as a figure of matplotlib."""
+        """A free run on unseen data, before and after, as a figure of matplotlib."""
         return plots().of_trace(self.found, self.axis)
 
     def to_frame(self) -> Any:
