@@ -5,14 +5,14 @@ from __future__ import annotations
 import csv
 import gzip
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.inputs.table import ROWS, Table, Topic
+from service.inputs.table import Table
 from service.logs.cells import EMPTY_CELLS, columns_of, refuse_split_decimals
+from service.logs.log import Log, table_log
 from service.logs.opening import GZIP, UTF_16, first_bytes
 from service.number import number_of
 
@@ -27,26 +27,7 @@ HEAD_LINES = 20
 """Lines by which a table is told."""
 
 
-@dataclass(frozen=True, slots=True)
-class TableLog:
-    """A file that is one table: a topic whose fields are its columns.
-
-    Nothing says when its rows were written down, but a column that is the time.
-    """
-
-    format: str
-    table: Table
-    notes: tuple[str, ...] = ()
-
-    @property
-    def topics(self) -> tuple[Topic, ...]:
-        return (Topic(ROWS, "", tuple(self.table.columns), self.table.count),)
-
-    def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        return {ROWS: self.table} if ROWS in names else {}
-
-
-def open_log(path: Path) -> TableLog:
+def open_log(path: Path) -> Log:
     """Reads the whole file.
 
     Raises:
@@ -63,7 +44,7 @@ def open_log(path: Path) -> TableLog:
     refuse_unnamed(path, header)
     refuse_split_decimals(path, header, rows[1:])
     found = columns_of(header, rows[1:])
-    return TableLog("CSV", Table(None, found.numbers, found.texts, found.instants), found.notes)
+    return table_log("CSV", Table(None, found.numbers, found.texts, found.instants), found.notes)
 
 
 def csv_rows(path: Path, delimiter: str | None = None) -> list[list[str]]:

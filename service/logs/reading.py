@@ -131,14 +131,17 @@ def read(path: Path, log: Log, proposal: Proposal, axis: Axis = YAW) -> Measured
         raise BadInput(f"{path}: {next(iter(proposal.missing.values()))}")
     inputs, changes = proposal.inputs, proposal.changes
     others = [each.places() for change in changes if (each := change.thrusters) is not None]
-    tables = log.read({place.topic for place in (*inputs.places(), *chain(*others))})
+    names = {place.topic for place in (*inputs.places(), *chain(*others))}
+    tables = log.read(names)
     try:
         found = measure(inputs, tables, changes, axis)
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
     assert inputs.yaw_rate is not None
     since = cutting.since_1970(found.streams[axis.rate][0], tables[inputs.yaw_rate.topic].arrival)
-    return replace(found, notes=(*found.notes, *log.notes), since_1970=since)
+    return replace(
+        found, notes=(*found.notes, *log.notes_on({*names, *self_description.names(log.topics)})), since_1970=since
+    )
 
 
 def writing_times(table: Table, inputs: Inputs) -> Array:

@@ -20,10 +20,11 @@ from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.presets import Proposal
 from service.inputs.settings import Inputs, Source
+from service.inputs.table import ROWS
 from service.inputs.units import SI_UNITS, units_of
 from service.logs import Log
 from service.logs.candidates import turning_instead
-from service.logs.csv_log import OURS, TableLog
+from service.logs.csv_log import OURS
 from service.logs.cutting import ARMED_CHANNEL, Cut, Span, columns_inside, rows_inside
 from service.recordings.log_refusals import refuse_fraction, refuse_still, refuse_whole_numbers
 from service.recordings.recording import Recording, from_streams
@@ -115,9 +116,9 @@ def _in_cut(reading: Reading, path: Path, log: Log, measured: MeasuredStreams, i
 
 def _row(log: Log, stamp: float) -> str:
     """The row of a stamp [s] in words, where a log is one recording of our own; else nothing."""
-    if log.format != OURS or not isinstance(log, TableLog):
+    if log.format != OURS:
         return ""
-    return f", row {int(np.searchsorted(without_leaps(log.table.columns['t'])[0], stamp)) + 2}"
+    return f", row {int(np.searchsorted(without_leaps(log.tables[ROWS].columns['t'])[0], stamp)) + 2}"
 
 
 def _cut(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:

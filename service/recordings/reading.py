@@ -204,7 +204,7 @@ def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
         raise
     except BadInput:
         raise refusal from None
-    table = log.table
+    table = log.tables[ROWS]
     if log.notes or "t" in table.instants or ("t" in table.columns and table_time(table, "t")[1]):
         return log
     raise refusal

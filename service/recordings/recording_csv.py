@@ -21,7 +21,8 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.table import Table
 from service.logs.cells import EMPTY_CELLS
-from service.logs.csv_log import OURS, TableLog, csv_rows, refuse_unnamed
+from service.logs.csv_log import OURS, csv_rows, refuse_unnamed
+from service.logs.log import Log, table_log
 from service.number import number_of
 from service.recordings.recording import Recording
 
@@ -40,7 +41,7 @@ def write(path: Path, recording: Recording) -> None:
         writer.writerows(["" if cell != cell else repr(cell) for cell in row] for row in zip(*columns, strict=True))
 
 
-def open_recording(path: Path, axis: Axis) -> TableLog:
+def open_recording(path: Path, axis: Axis) -> Log:
     """The table in a CSV file that begins as our recordings of an axis do.
 
     Raises:
@@ -50,7 +51,7 @@ def open_recording(path: Path, axis: Axis) -> TableLog:
     columns = {name: _numbers(path, name, cells) for name, cells in zip(header, zip(*lines, strict=True), strict=True)}
     _check_time(path, columns["t"])
     _check_instants(path, columns)
-    return TableLog(OURS, Table(None, columns, {}))
+    return table_log(OURS, Table(None, columns, {}))
 
 
 def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
