@@ -29,7 +29,7 @@ from service.inputs.units import STAMP_UNITS
 from service.logs import cutting
 from service.logs.candidates import ranks
 from service.logs.choosing import choose_vehicle
-from service.logs.cutting import Cut, Span, columns_inside, rows_inside
+from service.logs.cutting import Cut, Span, refuse_empty, streams_inside
 from service.logs.log import Log
 
 
@@ -286,12 +286,12 @@ def cut_log(
         span = Span(float(every.min()), float(every.max()))
     else:
         return tuple(topics), dict(tables), measured
-    placed = cut.in_stamps(span)
+    low, high = cut.ends(span)
     if measured is not None:
-        rows_inside(measured.streams["yaw_rate"][0], cut, span)
-        streams = {name: _between(time, values, placed, span) for name, (time, values) in measured.streams.items()}
+        time = measured.streams["yaw_rate"][0]
+        refuse_empty(cut, (time >= low) & (time <= high), span)
+        streams = streams_inside(measured.streams, low, high)
         measured = replace(measured, streams={name: each for name, each in streams.items() if each[0].size})
-    low, high = placed.ends(span)
     inside = {name: (time >= low + shift) & (time <= high + shift) for name, time in written.items() if time.size}
     cut_tables = {name: _rows(table, inside[name]) for name, table in tables.items() if name in inside}
     counts = {name: int(np.count_nonzero(rows)) for name, rows in inside.items()}
@@ -299,14 +299,8 @@ def cut_log(
     return cut_topics, {**tables, **cut_tables}, measured
 
 
-def _between(time: Array, values: Array, cut: Cut, span: Span) -> tuple[Array, Array]:
-    low, high = cut.ends(span)
-    inside = (time >= low) & (time <= high)
-    return time[inside], values[inside]
-
-
 def _rows(table: Table, inside: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Table:
     places = np.flatnonzero(inside)
     texts = {name: tuple(each[k] for k in places) for name, each in table.texts.items()}
     arrival = None if table.arrival is None else table.arrival[inside]
-    return Table(arrival, columns_inside(table.columns, inside), texts)
+    return Table(arrival, {name: values[inside] for name, values in table.columns.items()}, texts)
