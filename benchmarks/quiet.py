@@ -18,8 +18,8 @@ from benchmarks.study import Record, grouped, run, seeds, table
 from incsvr.checks import Decision, Vehicle, Verdict
 from incsvr.learning import checked_learner
 from incsvr.numerics import Array
+from service.recordings.reading import RATE_LIMIT
 from service.recordings.recording import Recording
-from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from simulator import leng
 
