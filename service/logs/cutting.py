@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
@@ -108,15 +108,6 @@ class Cut:
         low = -math.inf if self.begin is None else _stamp(self.begin, span, span.first)
         high = math.inf if self.end is None else _stamp(self.end, span, max(low, span.first))
         return low, high
-
-    def in_stamps(self, span: Span) -> Cut:
-        """The cut by the stamps of a log that spans this: it holds for each part of the log."""
-        low, high = self.ends(span)
-        begin, end = (
-            None if end is None else replace(end, seconds=stamp, of_day=False)
-            for end, stamp in ((self.begin, low), (self.end, high))
-        )
-        return Cut(begin, end)
 
 
 WHOLE_LOG = Cut()

@@ -42,15 +42,21 @@ class Broken:
     whole: int
     why: str
 
-    def __str__(self) -> str:
+    @property
+    def note(self) -> str:
+        """The sentence on messages that are few."""
+        return f"{self._counts} and are left out ({self.why})"
+
+    @property
+    def _counts(self) -> str:
         return f"{self.count} of {self.whole} messages of {self.topic} cannot be read"
 
     def refuse(self) -> None:
         """Raises BadInput where these are most of its messages."""
         if self.count > MAX_BROKEN_PART * self.whole:
             raise BadInput(
-                f"{self.path}: {self} ({self.why}): record again with the definition of the message that the driver "
-                "sends, or mend the file"
+                f"{self.path}: {self._counts} ({self.why}): record again with the definition of the message that the "
+                "driver sends, or mend the file"
             )
 
 
@@ -84,7 +90,7 @@ class Log:
 
     def notes_on(self, names: Collection[str]) -> tuple[str, ...]:
         """A sentence for each of these topics with broken messages, and those on the file as a whole."""
-        return (*(f"{each} and are left out ({each.why})" for each in self._broken(names)), *self.notes)
+        return (*(each.note for each in self._broken(names)), *self.notes)
 
     def _broken(self, names: Collection[str]) -> list[Broken]:
         plain = {base(name) for name in names}

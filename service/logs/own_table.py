@@ -32,26 +32,27 @@ def refuse_faults(path: Path, header: Sequence[str], rows: Sequence[Sequence[str
     """Refuses what no recording of our own holds.
 
     Args:
-        rows: of the file, the header first, with those that are empty.
-        found: what the others hold.
+        rows: of the file, the header first.
+        found: what they hold.
 
     Raises:
         BadInput: naming the file, the row (the header is row 1) and the cure.
     """
-    numbers = [number for number, row in enumerate(rows, start=1) if any(row)][1:]
-    for number in numbers:
-        row = rows[number - 1]
+    last = max(number for number, row in enumerate(rows, start=1) if any(row))
+    for number, row in enumerate(rows[1:last], start=2):
         if len(row) != len(header):
             raise BadInput(
                 f"{path}, row {number}: {len(row)} cells under a header of {len(header)}; "
                 "leave a cell empty where nothing was sampled, but keep its comma"
             )
+        if not any(row):
+            raise BadInput(f"{path}, row {number}: t is empty; every row needs its time [s]")
     for place, name in enumerate(header):
         infinite = np.isinf(found.numbers.get(name, np.empty(0)))
         if not infinite.any() and name in found.numbers and name not in found.instants:
             continue
-        for number in numbers:
-            cell = rows[number - 1][place].strip()
+        for number, row in enumerate(rows[1:last], start=2):
+            cell = row[place].strip()
             if (value := plain_number(cell)) is None:
                 raise BadInput(
                     f"{path}, row {number}: {name} is {cell!r}, which is no number; "
@@ -62,35 +63,37 @@ def refuse_faults(path: Path, header: Sequence[str], rows: Sequence[Sequence[str
                     f"{path}, row {number}: {name} is {cell!r}; "
                     "leave the cell empty where nothing was sampled, or remove the row"
                 )
-    _refuse_time(path, found.numbers["t"], numbers)
-    _refuse_instants(path, found.numbers, numbers)
+    _refuse_time(path, found.numbers["t"])
+    _refuse_instants(path, found.numbers)
 
 
-def _refuse_time(path: Path, time: Array, numbers: Sequence[int]) -> None:
+def _refuse_time(path: Path, time: Array) -> None:
     missing = np.flatnonzero(np.isnan(time))
     if missing.size:
-        raise BadInput(f"{path}, row {numbers[missing[0]]}: t is empty; every row needs its time [s]")
+        raise BadInput(f"{path}, row {missing[0] + 2}: t is empty; every row needs its time [s]")
     if time[0] < 0.0:
-        raise BadInput(f"{path}, row {numbers[0]}: t is {time[0]:g}; let time begin at zero or later")
+        raise BadInput(f"{path}, row 2: t is {time[0]:g}; let time begin at zero or later")
     steps = np.diff(time)
     backwards = np.flatnonzero(steps < 0.0)
     if backwards.size:
-        before, after = time[backwards[0]], time[backwards[0] + 1]
+        row = backwards[0] + 3
         raise BadInput(
-            f"{path}, row {numbers[backwards[0] + 1]}: time runs backwards, from {before:.10g} to {after:.10g} s; "
+            f"{path}, row {row}: time runs backwards, from {time[row - 3]:.10g} to {time[row - 2]:.10g} s; "
             "sort the rows by t, and put each run into a file of its own"
         )
     typical = float(np.median(steps[steps > 0.0])) if steps.any() else 0.0
     if typical > MAX_TYPICAL_STEP_S:
         raise BadInput(
-            f"{path}, row {numbers[1]}: t advances by {typical:g} in a typical row; "
+            f"{path}, row 3: t advances by {typical:g} in a typical row; "
             "if the stamps are milliseconds, divide them by 1000"
         )
     if time[-1] >= MAX_STAMP_S:
-        raise BadInput(f"{path}, row {numbers[-1]}: t is {time[-1]:g}, which is no time in seconds; convert the stamps")
+        raise BadInput(
+            f"{path}, row {time.size + 1}: t is {time[-1]:g}, which is no time in seconds; convert the stamps"
+        )
 
 
-def _refuse_instants(path: Path, columns: Mapping[str, Array], numbers: Sequence[int]) -> None:
+def _refuse_instants(path: Path, columns: Mapping[str, Array]) -> None:
     """Refuses rows of one stamp with different values: of such rows each gives what it has, as where two topics were
     joined."""
     time = columns["t"]
@@ -104,6 +107,6 @@ def _refuse_instants(path: Path, columns: Mapping[str, Array], numbers: Sequence
         other = sampled[kept[place[sampled]] != values[sampled]]
         if other.size:
             raise BadInput(
-                f"{path}, row {numbers[other[0]]}: t is {time[other[0]]:.10g} in several rows, with different values "
+                f"{path}, row {other[0] + 2}: t is {time[other[0]]:.10g} in several rows, with different values "
                 f"of {name}; leave one of them"
             )

@@ -46,7 +46,7 @@ def open_log(path: Path) -> Log:
         raise BadInput(f"{path}: there is no MAVLink message in it; give a telemetry log that a link wrote")
     topics = (Topic(name, base(name.rpartition("/")[2]), found.fields, len(found)) for name, found in gathered.items())
     tables = {name: found.table() for name, found in gathered.items()}
-    notes = (*(f"{each} and are left out ({each.why})" for each in damage.broken), *damage.notes)
+    notes = (*(each.note for each in damage.broken), *damage.notes)
     return with_plain_names(Log("MAVLink telemetry", tuple(topics), tables, notes))
 
 
