@@ -19,20 +19,13 @@ from service.logs import Log, open_any
 from service.logs import reading as logs
 from service.logs.candidates import refuse_without_numbers
 from service.logs.csv_log import open_log as open_csv
-from service.logs.cutting import (
-    WHOLE_LOG,
-    Cut,
-    EmptyCut,
-    add_cut_arguments,
-)
+from service.logs.cutting import WHOLE_LOG, Cut, EmptyCut, add_cut_arguments
 from service.logs.dives import Dive, dives
 from service.logs.own_table import is_ours
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.recordings.log_recording import recording_of
 from service.recordings.log_refusals import beside_assumptions
-from service.recordings.recording import (
-    Recording,
-)
+from service.recordings.recording import Recording
 
 RATE_LIMIT = YAW.fastest
 """Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
@@ -107,7 +100,8 @@ class Reading:
             EmptyCut: the cut holds nothing of any of them.
         """
         found, left_out = list[Recording](), list[EmptyCut]()
-        with progress(f"reading {paths[0].name}" if len(paths) == 1 else "reading", _several(paths)) as advance:
+        several = len(paths) > 1  # one alone is no step
+        with progress("reading" if several else f"reading {paths[0].name}", len(paths) if several else None) as advance:
             for dive in dives(paths, self.description, self._opened):
                 try:
                     found.append(self._of_dive(dive))
@@ -201,11 +195,6 @@ def _refuse_other_files(args: Any) -> None:
         file, _ = split_file(text)
         if file and file not in names:
             raise BadInput(f"--column {text}: there is no log {file} among {', '.join(names[:6])}")
-
-
-def _several(paths: Sequence[Path]) -> int | None:
-    """The number of steps that progress shows; one alone is no step."""
-    return len(paths) if len(paths) > 1 else None
 
 
 def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axis: bool = True) -> None:
