@@ -28,8 +28,8 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import COMMANDED
 from incsvr.tracing.result import trace
 from incsvr.tracing.run import as_run
+from service.recordings.reading import RATE_LIMIT
 from service.recordings.recording import Recording
-from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learn, learner_for, samples_of, signals_for
 from simulator import effects
 from simulator.mission import Mission

@@ -95,7 +95,7 @@ def compare(request: Request) -> Dives:
         refuse_idle(recordings, body_axes(recordings))
         refuse_odd(recordings, body_axes(recordings))
         refuse_frame(recordings)
-    streams = [recording.body_streams() for recording in recordings]
+    streams = [recording.own_streams for recording in recordings]
     compared = compare_dives(streams, [recording.name for recording in recordings], masses)
     return Dives(replace(compared, order=order), request)
 

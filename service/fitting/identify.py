@@ -146,8 +146,8 @@ def _of_recordings(
     refuse_idle([*runs, *unseen], body_axes(runs))
     refuse_odd([*runs, *unseen], body_axes(runs))
     refuse_frame(runs)
-    motion = prepared([run.body_streams() for run in runs])
-    test = prepared([run.body_streams() for run in unseen]) if unseen else None
+    motion = prepared([run.own_streams for run in runs])
+    test = prepared([run.own_streams for run in unseen]) if unseen else None
     if test is not None:
         _refuse_other_axes(axes_of(motion), axes_of(test), unseen)
     count = STEPS + len(axes_of(motion))
@@ -261,7 +261,7 @@ def refuse_runaway(runs: Sequence[Streams], vehicle: Vehicle) -> None:
 
 def _along(run: Recording, axis: Axis) -> Recording | None:
     """A dive as a recording of one axis; None where it lacks its velocity or effort."""
-    streams = run.body_streams()
+    streams = run.own_streams
     if any(name not in streams or not streams[name][0].size for name in (axis.rate, axis.effort)):
         return None
     return replace(run, axis=axis)

@@ -56,7 +56,7 @@ class Log:
 
     def plot(self) -> Any:
         """Velocity and torque over time, as a figure of matplotlib."""
-        streams, axis = self.recording.body_streams(), self.recording.axis
+        streams, axis = self.recording.own_streams, self.recording.axis
         drawn = {name: streams[name] for name in (axis.rate, axis.effort)}
         return plots().of_log(self.recording.name, drawn, {name: si_unit(name) for name in drawn})
 

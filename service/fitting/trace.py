@@ -189,8 +189,9 @@ def runs_of(recordings: Sequence[Recording]) -> list[Run]:
     for recording in recordings:
         axis = recording.axis
         beside = {axis.rate, axis.effort, *(("heading",) if axis != YAW else ())}
-        channels = {name: values for name, values in recording.columns.items() if name not in beside}
-        runs.append(Run(recording.name, recording.time, recording.rate, recording.effort, channels, axis.rate))
+        columns = recording.columns
+        channels = {name: values for name, values in columns.items() if name not in beside}
+        runs.append(Run(recording.name, recording.time, columns[axis.rate], columns[axis.effort], channels, axis.rate))
     return runs
 
 

@@ -164,7 +164,7 @@ def refuse_without_numbers(path: Path, log: Log) -> None:
     """
     if any(topic.fields for topic in log.topics):
         return
-    texts = sorted({name for table in log.read([topic.name for topic in log.topics]).values() for name in table.texts})
+    texts = sorted({name for table in log.tables.values() for name in table.texts})
     there = f" (only texts: {', '.join(texts[:12])})" if texts else ""
     raise BadInput(
         f"{path}: no column of it holds numbers{there}; a log needs the time, the yaw rate and the torque as numbers"

@@ -10,7 +10,7 @@ import pytest
 
 from incsvr.learning.model import Model
 from service import wire
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.recordings.recording_csv import write
 from simulator import leng
 from tests.service.conftest import PATIENCE, StartBench, Taught, cut
@@ -53,7 +53,7 @@ def test_the_textbooks_coefficients_are_a_key_of_their_own(taught: Taught) -> No
 def test_further_channels_are_kept_with_the_samples(start: StartBench, run: Recording) -> None:
     bench = start(signals__channels=["depth"])
     reports = bench.follow(bench.keys.iteration, wire.IterationReport)
-    with_depth = Recording(run.name, run.time, {**run.columns, "depth": 5.0 + 0.01 * run.time})
+    with_depth = from_table(run.name, run.time, {**run.columns, "depth": 5.0 + 0.01 * run.time})
     bench.play(with_depth)
     report = reports.get(timeout=PATIENCE)
     depth = np.array(report.batch.channels["depth"], dtype=float)

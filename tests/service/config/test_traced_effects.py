@@ -17,7 +17,7 @@ from service.cli.command_line import main
 from service.config.traced_effects import configured_effects as effects_of
 from service.config.traced_effects import read_effects
 from service.learner.node import LearnerNode
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.recordings.recording_csv import write
 from tests.hidden import BIAS, LAG, TRUTH, acting, recording, write_trace
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
@@ -149,7 +149,7 @@ def test_stopped_and_started_in_between_it_learns_the_same(
 
 def part(run: Recording, first: float, last: float) -> Recording:
     inside = (run.time >= first) & (run.time < last)
-    return Recording(run.name, run.time[inside], {name: values[inside] for name, values in run.columns.items()})
+    return from_table(run.name, run.time[inside], {name: values[inside] for name, values in run.columns.items()})
 
 
 @pytest.mark.slow

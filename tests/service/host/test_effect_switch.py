@@ -23,7 +23,7 @@ from service.host.host import Host
 from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import CommittedIteration
 from service.live.tracing_state import TraceContent, TracingState
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.state.store import Store
 from simulator import leng
 from tests.hidden import acting, recording, with_channels, write_trace
@@ -139,7 +139,7 @@ def test_before_anything_is_learned_effects_come_into_force_and_the_first_model_
     assert [each["effect"] for each in node.served.effects] == ["torque_lag"]
     restarted = LearnerNode(config, boot="", memory=node.memory(whole=True), effects=effects)
     run = recording(3, 200.0)
-    pushed([node, restarted], Recording(run.name, run.time + 151.0, run.columns))
+    pushed([node, restarted], from_table(run.name, run.time + 151.0, run.columns))
     first = learned(node)[0]
     assert first.snapshot == learned(restarted)[0].snapshot
     assert first.snapshot.revision == 1

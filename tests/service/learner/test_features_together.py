@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from service.export.learned import of_snapshot
 from service.host.host import Host
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.stand_in import forecast_reply
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.recordings.recording_csv import write
 from tests.hidden import trim
 from tests.service.conftest import PATIENCE, configured, cut
@@ -55,7 +54,7 @@ def run() -> Recording:
     recording = whole_vehicle(910_000, 2000)
     columns = dict(recording.columns)
     coriolis = (COUPLED_MASS[1] - MASS[1]) * columns["surge"] * columns["sway"]
-    return replace(recording, columns={**columns, "torque": columns["torque"] - coriolis})
+    return from_table(recording.name, recording.time, {**columns, "torque": columns["torque"] - coriolis})
 
 
 def played(session: zenoh.Session, host: Host, recording: Recording) -> list[wire.IterationReport]:

@@ -15,7 +15,7 @@ import zenoh
 from incsvr.errors import BadInput
 from service import wire
 from service.config.sources import read
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.wire import DampingReply
 from tests import worlds
 from tests.planar import planar
@@ -135,7 +135,7 @@ def test_samples_wait_for_the_further_velocities_and_what_lacks_one_is_counted(
 ) -> None:
     bench = start(**told())
     columns = {name: values for name, values in run.columns.items() if name != "sway"}
-    bench.play(Recording(run.name, run.time, columns))
+    bench.play(from_table(run.name, run.time, columns))
     health = bench.health_when(lambda said: said.counters.get("rejected:no_sway", 0) > 50)
     assert health.counters["iterations"] == 0
 

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.live_watch import watch
 from incsvr.forecasting.over_recordings import tabulated
-from service.recordings.recording import Recording, from_streams
+from service.recordings.recording import Recording
 from simulator import leng
 from tests.service.conftest import configured
 
@@ -36,7 +36,7 @@ def recording(seed: int) -> Recording:
     time = STEP * np.arange(count, dtype=np.float64)
     measured = rates + random.normal(0.0, 0.002, count)
     torque = command[::2] + random.normal(0.0, 1.0, command[::2].size)
-    return from_streams("lag", {"yaw_rate": (time, measured), "torque": (time[::2], torque)})
+    return Recording("lag", {"yaw_rate": (time, measured), "torque": (time[::2], torque)})
 
 
 @pytest.mark.slow

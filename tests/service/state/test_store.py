@@ -15,7 +15,7 @@ from service import wire
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import CommittedIteration
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.state.history import NotKept
 from service.state.store import Store
 from service.wire import encode
@@ -124,7 +124,7 @@ def test_a_state_of_the_other_policy_goes_on(
     assert remark in second.health().reasons
     assert not [each for each in caplog.records if each.levelno >= logging.WARNING]
     late = run.time >= 70.0
-    second.play(Recording(run.name, run.time[late], {name: values[late] for name, values in run.columns.items()}))
+    second.play(from_table(run.name, run.time[late], {name: values[late] for name, values in run.columns.items()}))
     assert models.get(timeout=PATIENCE).revision == 3
     assert second.get(f"{second.keys.model}?revision=1")[0] is not None
 
