@@ -37,9 +37,9 @@ class Frame:
     @cached_property
     def model(self) -> Model | None:
         """The served model; None before anything was learned."""
-        if self.snapshot is None or not len(self.snapshot.support):
+        if self.snapshot is None or not self.snapshot.model.is_trained:
             return None
-        return self.snapshot.model()
+        return self.snapshot.model
 
     @cached_property
     def curve(self) -> Floats:
@@ -66,7 +66,7 @@ def clock_text(seconds: float) -> str:
 def table(frame: Frame, words: AxisWords = YAW_WORDS) -> str:
     """Markdown; the figures that matter from two metres stand on top, large."""
     report, snapshot = frame.report, frame.snapshot
-    span = None if snapshot is None else snapshot.trained_range
+    span = None if snapshot is None else snapshot.model.trained_range
     model, unit = frame.model, words.effort_unit
     rows = [
         ("Training time", f"{report.training_ms:.1f} ms"),

@@ -119,12 +119,12 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
     noise = "" if model.noise is None else f", noise {model.noise:.3g} {words.effort_unit}"
     traced = "" if model.inertia_in_force == model.inertia else f", traced ({model.inertia:g} declared)"
     inertia = f"{words.inertia_symbol} = {model.inertia_in_force:.4g} {words.inertia_unit}"
-    held = f"{len(model.support)} vectors, {inertia}{traced}{noise}"
+    held = f"{model.model.support_rate.size} vectors, {inertia}{traced}{noise}"
     facts.add_row("model", f"revision {model.revision}, iteration {model.iteration}, of {model.t:.1f} s")
     facts.add_row("", held)
-    if model.trained_range is not None:
-        rates = np.linspace(*model.trained_range, SHOWN_RATES)
-        curve = model.model().predict(rates)
+    if model.model.trained_range is not None:
+        rates = np.linspace(*model.model.trained_range, SHOWN_RATES)
+        curve = model.model.predict(rates)
         rows = (
             (f"rate {words.rate_unit}", rates, 3),
             (f"damping {words.effort_unit}", curve.damping, 3),
@@ -219,6 +219,6 @@ def _value(value: float | None, unit: str) -> str:
 
 def _damping(model: ModelSnapshot, unit: str) -> str:
     """The damping at half of the fastest velocity that was learned."""
-    if model.trained_range is None:
+    if model.model.trained_range is None:
         return "–"
-    return f"{float(model.model().predict([0.5 * model.trained_range[1]]).damping[0]):.3g} {unit}"
+    return f"{float(model.model.predict([0.5 * model.model.trained_range[1]]).damping[0]):.3g} {unit}"

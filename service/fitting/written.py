@@ -190,16 +190,14 @@ def _leave_state(directory: Path, config: Config, fit: Fit) -> Path:
         replace(last, time_span=(last.time_span[0] - ends, 0.0)),
         replace(batch, time=batch.time - ends),
         node.served,
-        boot=node.boot,
         predicted=None,
-        training_s=0.0,
+        axis=AXES[config.vehicle.axis],
         validation={},
         learned=0.0,
-        axis=AXES[config.vehicle.axis],
     )
     store = Store(directory, config, None if effects is None else effects.identity, config.tracing.on, anew=True)
     try:
-        store.save(node.memory(), 1, snapshot.t, encode(snapshot), encode(told))
+        store.save(node.memory(), 1, snapshot.t or 0.0, encode(snapshot), encode(told))
         if store.problem is not None:
             raise BadInput(f"the state cannot be written: {store.problem}")
     finally:

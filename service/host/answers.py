@@ -25,8 +25,8 @@ from service.health.health_watch import HealthWatch
 from service.learner import questions
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.node import LearnerNode
-from service.learner.published import NothingLearned, check_trained, damping_reply
-from service.learner.questions import DampingQuery, velocity_names
+from service.learner.published import NothingLearned, check_trained, damping_reply, reply_to
+from service.learner.questions import velocity_names
 from service.learner.stand_in import forecast_reply
 from service.state.history import History
 from service.state.state_file import Row
@@ -196,7 +196,7 @@ class Answers:
 
     def _damping(self, query: zenoh.Query) -> bytes:
         if query.payload is None:
-            answer = self._node.served.reply_to(str(query.parameters))
+            answer = reply_to(self._node.served, str(query.parameters))
             if answer is not None:
                 return answer
         asked = questions.parameters(query, *self._velocities, "at", "revision")
@@ -208,11 +208,11 @@ class Answers:
         velocities = self._damping_query(query, asked)
         row = self._row_at({name: text for name, text in asked.items() if name not in self._velocities})
         snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
-        if not len(snapshot.support):
+        if not snapshot.model.is_trained:
             raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")
-        return wire.encode(damping_reply(snapshot.model(), velocities, snapshot.iteration, snapshot.revision))
+        return wire.encode(damping_reply(snapshot, velocities))
 
-    def _damping_query(self, query: zenoh.Query, asked: Mapping[str, str]) -> DampingQuery:
+    def _damping_query(self, query: zenoh.Query, asked: Mapping[str, str]) -> wire.DampingQuery:
         return questions.damping_query(query, asked, self._velocities, self._node.words)
 
     def _model(self, query: zenoh.Query) -> bytes:

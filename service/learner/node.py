@@ -19,7 +19,6 @@ from incsvr.checks.agreement import MODEL_KINDS
 from incsvr.errors import BadInput
 from incsvr.learning import checked_learner as guard
 from incsvr.learning.checked_learner import Guarded
-from incsvr.learning.learner import Iteration
 from incsvr.numerics import Array
 from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import AXES
@@ -30,17 +29,8 @@ from service import wire
 from service.config.configuration import Config
 from service.config.traced_effects import TracedEffects
 from service.learner.batches import MAX_WAITING_BATCHES, Batches
-from service.learner.prepared_iteration import (
-    CommittedIteration,
-    PreparedIteration,
-    RateCoverage,
-    learn_afresh,
-    prepare,
-    take_back,
-    train,
-)
-from service.learner.published import ServedModel, damping_reply, snapshot, textbook_coefficients
-from service.learner.questions import DampingQuery
+from service.learner.next_iteration import NextIteration, RateCoverage, learn_afresh, take_back, train
+from service.learner.published import damping_reply, textbook_coefficients
 from service.learner.stand_in import StandIn
 from service.learner.thrust import ThrustWatch
 from service.learner.window import RecentBatches, Window
@@ -52,7 +42,7 @@ class BatchEnd:
     """The last stamp of a batch [s], and what was served after it."""
 
     time: float
-    served: ServedModel
+    served: wire.ModelSnapshot
 
 
 class LearnerNode:
@@ -81,7 +71,7 @@ class LearnerNode:
         if effects is not None:
             findings = effects.findings
             self.ledger = wire.EffectsLedger(effects=findings, history=effects.history)
-        self.ledger = self.ledger.model_copy(update={"mode": config.tracing.live})
+        self.ledger = replace(self.ledger, mode=config.tracing.live)
         self._settings = config.learner_settings()
         self._validation: dict[str, Samples] = {}
         known = restore(memory, self._settings)
@@ -110,7 +100,15 @@ class LearnerNode:
         self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)
         learned = known.guarded.learner
-        self.served = ServedModel(learned.model, known.revision, learned.iterations, known.t, findings)
+        self.served = wire.ModelSnapshot(
+            boot=boot,
+            revision=known.revision,
+            iteration=learned.iterations,
+            t=known.t,
+            model=learned.model,
+            inertia=config.vehicle.inertia,
+            effects=findings,
+        )
 
     def take_batch_ends(self) -> list[BatchEnd]:
         """The batches since the last time, learned or put aside, the oldest first; from the thread that learns."""
@@ -128,7 +126,7 @@ class LearnerNode:
         look_is_due = self.thrust is not None and self.thrust.push(stream, t, value)
         return self.batches.push(stream, t, value) or look_is_due
 
-    def learn(self) -> CommittedIteration | None:
+    def learn(self) -> NextIteration | None:
         """The next iteration, where a whole batch waits that is not put aside; call it from one thread alone.
 
         Where a batch pauses learning, that which takes the batch before back. Batches that hold too little motion for a
@@ -144,14 +142,16 @@ class LearnerNode:
             outcome = None
             if verdict.learn:
                 self.stand_in.batch_learned(self.served.model, batch, self.batches.smoothing)
-                new = self._prepare(guarded, batch, self.served.effects, self._validation)
+                new = self._next(guarded, batch, self.served.effects, self._validation)
                 if new.served.model.is_trained:
                     outcome = self._adopt(new)
                 else:
                     self._keep(new)
             elif taken_back is not None:
                 self.stand_in.taken_back()
-                outcome = self._adopt(self._prepare_return(guarded, batch, taken_back))
+                served = replace(self.served, revision=self._published + 1)
+                axis, validation = AXES[self.config.vehicle.axis], self._validation
+                outcome = self._adopt(take_back(guarded, batch, taken_back, served, self._covered, axis, validation))
             else:
                 self._guarded = guarded
             self.current_warnings = self.current_warnings.after(verdict)
@@ -173,7 +173,7 @@ class LearnerNode:
 
     def relearn(
         self, effects: TracedEffects | None, validation: Mapping[str, Samples], since: float = -math.inf
-    ) -> CommittedIteration | None:
+    ) -> NextIteration | None:
         """Learns the recent data again, from nothing, with these effects in place of those in force.
 
         What came before the time `since` [s], when the vehicle may have been without them, is left out.
@@ -198,13 +198,13 @@ class LearnerNode:
         guarded = learn_afresh(self._settings, self._vehicle, samples)
         guarded = replace(guarded, learner=replace(guarded.learner, iterations=self._guarded.learner.iterations))
         last, findings = samples.take(slice(len(samples) - size, None)), effects.findings if effects else ()
-        new = self._prepare(guarded, last, findings, validation)
+        new = self._next(guarded, last, findings, validation)
         if not new.served.model.is_trained and self.served.model.is_trained:
-            new = self._prepare(self._guarded, last, findings, validation)
+            new = self._next(self._guarded, last, findings, validation)
         self.batches.restart(compensation, float(last.time[-1]), restarts)
         self._validation = dict(validation)
         self.stand_in.change_effects(compensation)
-        self.ledger = self.ledger.model_copy(update={"batch": None})
+        self.ledger = replace(self.ledger, batch=None)
         if not new.served.model.is_trained:
             self._keep(new)
             self.served = replace(self.served, effects=findings)
@@ -218,53 +218,44 @@ class LearnerNode:
         work: Literal["trace", "prove"] | None,
     ) -> None:
         """Replaces the ledger: effects in force, other findings, steps, present work."""
-        told = {"effects": self.served.effects, "found": found, "history": history, "work": work}
-        self.ledger = self.ledger.model_copy(update=told)
+        self.ledger = replace(self.ledger, effects=self.served.effects, found=found, history=history, work=work)
 
     @property
     def published(self) -> int:
         """The highest revision that was ever given."""
         return self._published
 
-    def _prepare(
+    def _next(
         self, guarded: Guarded, batch: Samples, effects: tuple[dict[str, Any], ...], validation: Mapping[str, Samples]
-    ) -> PreparedIteration:
+    ) -> NextIteration:
         """The iteration that leads from this state on, of a model that holds these effects; nothing changes yet."""
-        step = train(self._settings, guarded, batch)
         covered = self._covered.over(batch, self._settings.rate_range, self.batches.clock_restarts)
-        newest = float(batch.time[-1])
-        served = ServedModel(step.iteration.model, self._published + 1, step.iteration.number, newest, effects)
-        return prepare(step, served, covered, self.config, self.boot, validation)
+        served = replace(self.served, revision=self._published + 1, effects=effects)
+        axis = AXES[self.config.vehicle.axis]
+        return train(self._settings, guarded, batch, served, covered, axis, validation)
 
-    def _prepare_return(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> PreparedIteration:
-        """Prepares the return to the model before the last batch, because of this one, which is put aside."""
-        served = replace(self.served, model=iteration.model, revision=self._published + 1, iteration=iteration.number)
-        step = take_back(guarded, batch, iteration)
-        return prepare(step, served, self._covered, self.config, self.boot, self._validation)
-
-    def _adopt(self, new: PreparedIteration) -> CommittedIteration:
+    def _adopt(self, new: NextIteration) -> NextIteration:
         """Takes this as the learned state and the served model."""
         self._keep(new)
         self.served, self._published = new.served, new.served.revision
         if new.report.batch.parts:
-            self.ledger = self.ledger.model_copy(update={"batch": new.report.batch})
-        return CommittedIteration(new.snapshot, new.report, self.memory())
+            self.ledger = replace(self.ledger, batch=new.report.batch)
+        return new
 
-    def _keep(self, new: PreparedIteration) -> None:
+    def _keep(self, new: NextIteration) -> None:
         """Takes this as the learned state, without a change of the served model."""
         self._guarded, self._covered = new.guarded, new.covered
         if new.motion is not None:
             self.recent_batches.add(*new.motion, self.batches.smoothing, new.report.trained)
 
-    def predict(self, asked: DampingQuery) -> wire.DampingReply:
+    def predict(self, asked: wire.DampingQuery) -> wire.DampingReply:
         """The damping at what is asked.
 
         Raises:
             NothingLearned: ask again later.
             BadInput: it is asked over other velocities than damping was learned over.
         """
-        served = self.served
-        return damping_reply(served.model, asked, served.iteration, served.revision)
+        return damping_reply(self.served, asked)
 
     @property
     def fresh_coverage(self) -> float:
@@ -285,9 +276,8 @@ class LearnerNode:
 
     def coefficients(self) -> wire.Coefficients:
         """The textbook's coefficients of what is served; none where nothing is learned."""
-        return textbook_coefficients(self.served, self.boot)
+        return textbook_coefficients(self.served)
 
     def latest(self) -> wire.ModelSnapshot | None:
         """The snapshot of what is served; None before anything was learned."""
-        served = self.served
-        return snapshot(served, self.boot, self.config.vehicle.inertia) if served.revision else None
+        return self.served if self.served.revision else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -59,13 +60,13 @@ def test_every_set_of_every_iteration_is_there_with_the_learners_numbers(run: Ru
 def test_the_curve_is_the_served_model(run: Run, recorded: Path) -> None:
     logged = rows(recorded, "LineStrips2D:strips")
     for report, snapshot in run.iterations:
-        model = snapshot.model()
+        model = snapshot.model
         curve = np.concatenate([points(strip) for strip in shown(logged["/learning/function"], report.iteration)])
-        assert curve[[0, -1], 0] == pytest.approx(snapshot.trained_range, abs=1e-6)
+        assert curve[[0, -1], 0] == pytest.approx(snapshot.model.trained_range, abs=1e-6)
         assert curve[:, 1] == pytest.approx(model.predict(curve[:, 0]).damping, abs=1e-3)
         tubes = [points(strip)[:, 1] for strip in shown(logged["/learning/tube"], report.iteration)]
         for below, above in zip(tubes[::2], tubes[1::2], strict=True):
-            assert above - below == pytest.approx(2.0 * snapshot.epsilon, abs=1e-4)
+            assert above - below == pytest.approx(2.0 * snapshot.model.epsilon, abs=1e-4)
         below, above, _ = (points(strip) for strip in shown(logged["/learning/uncertainty"], report.iteration))
         doubt = 1.96 * model.predict(below[:, 0]).sigma
         # Where both edges lie on the axes; beyond, they are cut.
@@ -77,7 +78,7 @@ def test_the_curve_is_the_served_model(run: Run, recorded: Path) -> None:
 def test_what_is_dashed_is_extrapolated(run: Run, recorded: Path) -> None:
     logged = rows(recorded, "LineStrips2D:strips")
     for report, snapshot in run.iterations:
-        model = snapshot.model()
+        model = snapshot.model
         for strip in shown(logged["/learning/extrapolation"], report.iteration):
             assert model.predict(points(strip)[1:-1, 0]).extrapolated.all()
 
@@ -93,7 +94,7 @@ def test_the_error_of_the_untrained_model_is_in_the_name_of_the_curve(run: Run, 
     check = Validation(name="V1", mae=5.0, rmse=6.0, samples=100, untrained=48.0)
     path = tmp_path / "run.rrd"
     recorder = Recorder(blueprint(DARK), path=path)
-    first = report.model_copy(update={"validation": (check,)})
+    first = replace(report, validation=(check,))
     RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
     recorder.close()
     assert rows(path, "Scalars:scalars", "/error") == {"/error/V1": {1: [5.0]}}
@@ -160,7 +161,7 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
     path = tmp_path / "wild.rrd"
     recorder = Recorder(blueprint(DARK), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
-    pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
+    pages.iteration(Frame(replace(report, outliers=wild), snapshot, None))
     pages.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
     recorder.close()
     strips = rows(path, "LineStrips2D:strips")
@@ -183,8 +184,8 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
     for report, snapshot in run.iterations[:2]:
         size = len(report.batch.time)
         parts = {"declared inertia": tuple(np.linspace(-9.0, 9.0, size).tolist()), "coupling:sway": (3.0,) * size}
-        batch = report.batch.model_copy(update={"parts": parts})
-        pages.iteration(Frame(report.model_copy(update={"batch": batch}), snapshot, None))
+        batch = replace(report.batch, parts=parts)
+        pages.iteration(Frame(replace(report, batch=batch), snapshot, None))
     recorder.close()
     assert "## Torque lag" in shown(rows(path, "TextDocument:text", "/effects")["/effects/ledger"], 1)[0]
     found = columns(batch)

@@ -13,6 +13,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients, negative_drag
+from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from service.bus.session import answer, open_session
@@ -135,7 +136,7 @@ class Learner:
                 "history": [names.step(entry).replace("**", "") for entry in ledger.history[-10:]],
             }
         units = {name: si_unit(name) for name in health.streams}
-        present = {"away": None, "away_s": None, "units": units, "health": health.model_dump(mode="json")}
+        present = {"away": None, "away_s": None, "units": units, "health": to_plain(health)}
         return head | self._parts | present
 
     def _away(self, why: str) -> dict[str, Any]:
@@ -147,7 +148,7 @@ class Learner:
         snapshot = self._ask(self._keys.model, ModelSnapshot)
         if snapshot is None:
             return None
-        if not snapshot.support.rate:
+        if not snapshot.model.is_trained:
             return NOTHING_LEARNED
         after = max(0, snapshot.revision - MAX_SEARCHED_ITERATIONS)
         history = self._ask(f"{self._keys.iteration}?after={after};limit={MAX_SEARCHED_ITERATIONS}", IterationHistory)
@@ -170,7 +171,7 @@ class Learner:
 
 def curve(snapshot: ModelSnapshot, axis: Axis = YAW) -> Mapping[str, Any]:
     """What is drawn of a model: the damping with the bands of 95 %, the vectors, the textbook's coefficients."""
-    model = snapshot.model()
+    model = snapshot.model
     low, high = model.trained_range or (0.0, 0.0)
     beyond = BEYOND_SHARE * (high - low)
     rate = np.linspace(low - beyond, high + beyond, CURVE_RATES)
@@ -187,7 +188,7 @@ def curve(snapshot: ModelSnapshot, axis: Axis = YAW) -> Mapping[str, Any]:
         "sigma": drawn.sigma.tolist(),
         "doubt": drawn.doubt.tolist(),
         "extrapolated": drawn.extrapolated.tolist(),
-        "support": {"rate": snapshot.support.rate, "damping": snapshot.support.damping},
+        "support": {"rate": model.support_rate.tolist(), "damping": model.support_damping.tolist()},
         "coefficients": {name: value._asdict() for name, value in known.items()},
         "coefficient_notes": [
             note

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,24 +15,15 @@ from incsvr.learning import learner
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.excitation import Excitation
 from incsvr.learning.learner import Iteration, Settings
+from incsvr.learning.model import Model
 from incsvr.numerics import Array
-from incsvr.plant.axes import AXES
+from incsvr.plant.axes import Axis
 from incsvr.signals.samples import Samples
 from service import wire
-from service.config.configuration import Config
-from service.learner.published import ServedModel, report, snapshot
+from service.learner.published import report
 
 FRESH_S = 900.0
 """How long a sample counts as fresh in `learned` [s], vehicle's time."""
-
-
-@dataclass(frozen=True, slots=True)
-class CommittedIteration:
-    """One iteration as it is stored and published, and the learner's whole memory after it as plain data."""
-
-    snapshot: wire.ModelSnapshot
-    report: wire.IterationReport
-    memory: dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,40 +55,65 @@ class RateCoverage:
 
 
 @dataclass(frozen=True, slots=True)
-class TrainingStep:
-    """The learner after a batch, and how it came there.
+class NextIteration:
+    """One iteration that is done: all that the learner is after it, and how it is told."""
 
-    Attributes:
-        predicted: (n,) what was said of the batch before [N m]; None where nothing was.
-        training_s: how long it took [s].
-        motion: what moved the vehicle in a batch that was learned, and the batch.
-    """
-
-    guarded: Guarded
-    batch: Samples
-    iteration: Iteration
-    predicted: Array | None
-    training_s: float = 0.0
+    guarded: Guarded  # the learned state, and what the checks remember
+    covered: RateCoverage
+    served: wire.ModelSnapshot
+    report: wire.IterationReport
+    # what moved the vehicle in a batch that was learned, and the batch
     motion: tuple[Excitation, Samples] | None = None
 
 
-def train(settings: Settings, guarded: Guarded, batch: Samples) -> TrainingStep:
-    """A batch is learned."""
-    model = guarded.learner.model
-    predicted = model.at(batch).damping if model.is_trained else None
+def train(
+    settings: Settings,
+    guarded: Guarded,
+    batch: Samples,
+    served: wire.ModelSnapshot,
+    covered: RateCoverage,
+    axis: Axis,
+    validation: Mapping[str, Samples],
+) -> NextIteration:
+    """The iteration that a batch leads to.
+
+    Args:
+        served: with the revision and the effects of what is to be served.
+        covered: with the batch.
+        axis: in whose words it is told what was noticed.
+        validation: samples, by name, that the error of what is to be served is measured on.
+    """
+    predicted = _said(guarded.learner.model, batch)
     began = time.perf_counter()
     state, iteration = learner.step(settings, guarded.learner, batch)
     if iteration.model.is_trained:
         iteration.model.predict(0.0)  # makes it ready for questions, here and not when the first one waits
     took = time.perf_counter() - began
-    after = Guarded(state, guarded.checks, guarded.learner)
-    return TrainingStep(after, batch, iteration, predicted, took, (Excitation.of(batch, iteration.undriven), batch))
+    served = replace(served, model=iteration.model, iteration=iteration.number, t=float(batch.time[-1]))
+    told = report(iteration, batch, served, predicted, axis, validation, covered.fresh(served.t), took)
+    motion = Excitation.of(batch, iteration.undriven), batch
+    return NextIteration(Guarded(state, guarded.checks, guarded.learner), covered, served, told, motion)
 
 
-def take_back(guarded: Guarded, batch: Samples, iteration: Iteration) -> TrainingStep:
-    """The batch before is taken back because of this one."""
-    model = iteration.model
-    return TrainingStep(guarded, batch, iteration, model.at(batch).damping if model.is_trained else None)
+def take_back(
+    guarded: Guarded,
+    batch: Samples,
+    iteration: Iteration,
+    served: wire.ModelSnapshot,
+    covered: RateCoverage,
+    axis: Axis,
+    validation: Mapping[str, Samples],
+) -> NextIteration:
+    """The iteration that takes the batch before back because of this one; otherwise as `train`."""
+    served = replace(served, model=iteration.model, iteration=iteration.number)
+    predicted = _said(iteration.model, batch)
+    told = report(iteration, batch, served, predicted, axis, validation, covered.fresh(served.t))
+    return NextIteration(guarded, covered, served, told)
+
+
+def _said(model: Model, batch: Samples) -> Array | None:
+    """The prediction of a batch (n,) [N m]; None where nothing is learned."""
+    return model.at(batch).damping if model.is_trained else None
 
 
 def learn_afresh(settings: Settings, vehicle: Vehicle, samples: Samples) -> Guarded:
@@ -107,39 +122,3 @@ def learn_afresh(settings: Settings, vehicle: Vehicle, samples: Samples) -> Guar
     for first in range(len(samples) % size, len(samples) - size, size):
         guarded, _, _ = guard.learn(settings, vehicle, guarded, samples.take(slice(first, first + size)))
     return guarded
-
-
-@dataclass(frozen=True, slots=True)
-class PreparedIteration:
-    """One iteration that is done and not adopted yet."""
-
-    guarded: Guarded
-    served: ServedModel
-    covered: RateCoverage
-    snapshot: wire.ModelSnapshot
-    report: wire.IterationReport
-    motion: tuple[Excitation, Samples] | None
-
-
-def prepare(
-    step: TrainingStep,
-    served: ServedModel,
-    covered: RateCoverage,
-    config: Config,
-    boot: str,
-    validation: Mapping[str, Samples],
-) -> PreparedIteration:
-    """The iteration that leads to what is to be served, as it is told."""
-    told = report(
-        step.iteration,
-        step.batch,
-        served,
-        boot=boot,
-        predicted=step.predicted,
-        training_s=step.training_s,
-        axis=AXES[config.vehicle.axis],
-        validation=validation if step.iteration.model.is_trained else {},
-        learned=covered.fresh(served.t),
-    )
-    shot = snapshot(served, boot, config.vehicle.inertia)
-    return PreparedIteration(step.guarded, served, covered, shot, told, step.motion)
