@@ -103,9 +103,7 @@ class HealthWatch:
     def add_values(self, name: str, t: Array, value: Array) -> None:
         """Values of a stream came: (n,) stamps [s] and values, n at least 1."""
         with self._lock:
-            t, value = self._stream(name).add(self._clock(), t, value)
-            if name in REQUIRED and t.size:
-                (self._rate_watch.rate if name == "yaw_rate" else self._rate_watch.torque).add(t, value)
+            self._stream(name).add(self._clock(), t, value)
 
     def add_number(self, name: str, sequence: int) -> None:
         """A message with this number came."""
@@ -255,7 +253,7 @@ class HealthWatch:
         slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, readings, words)
         warnings += [slow] if slow else []
         with self._lock:
-            seldom = self._rate_watch.look()
+            seldom = self._rate_watch.look(node.raw)
         warnings += [seldom.on_a_bus(self._askable, words)] if seldom is not None else []
         return [*warnings, *sentences.motion_sentences(node), *self._where_it_extrapolates(now, node)]
 

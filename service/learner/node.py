@@ -24,6 +24,7 @@ from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import AXES
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.plant.words import words_of
+from incsvr.signals import REQUIRED
 from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
@@ -31,10 +32,16 @@ from service.config.traced_effects import TracedEffects
 from service.learner.batches import MAX_WAITING_BATCHES, Batches
 from service.learner.next_iteration import NextIteration, RateCoverage, learn_afresh, take_back, train
 from service.learner.published import damping_reply, textbook_coefficients
+from service.learner.raw_streams import RawStreams
+from service.learner.stand_in import MEMORY_S as FORECAST_MEMORY_S
 from service.learner.stand_in import StandIn
-from service.learner.thrust import ThrustWatch
+from service.learner.thrust import MAX_BEHIND_S, ThrustWatch
 from service.learner.window import RecentBatches, Window
 from service.state.restored import restore
+
+RAW_MEMORY_S = max(2.0 * FORECAST_MEMORY_S, MAX_BEHIND_S)
+"""The time before the end of a batch for which raw data are kept [s]: forecasts are tried on them once the batch is
+learned, and the watch over the thrust may be behind."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,10 +98,12 @@ class LearnerNode:
         window = Window(signals, config.tracing.window) if config.tracing.on else None
         coupled, others = config.coupled(), self._settings.others
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled, others)
-        self.stand_in = StandIn(signals, (memory or {}).get("forecast"), others, coupled, compensation, self.words)
+        self.raw = RawStreams(signals)
+        known_forecasts = (memory or {}).get("forecast")
+        self.stand_in = StandIn(signals, self.raw, known_forecasts, others, coupled, compensation, self.words)
         #: None where other velocities have a part in the torque, which its errors would hold.
         alone = coupled is None and not others
-        self.thrust = ThrustWatch(signals, (memory or {}).get("thrust")) if alone else None
+        self.thrust = ThrustWatch(signals, self.raw, (memory or {}).get("thrust")) if alone else None
         self._judged_until: float | None = None  # the last stamp of the last batch, learned or put aside [s]
         self._batch_ends: deque[BatchEnd] = deque(maxlen=MAX_WAITING_BATCHES)
         self.recent_batches = RecentBatches()
@@ -122,8 +131,8 @@ class LearnerNode:
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
         """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where `learn` has something to do."""
-        self.stand_in.push(stream, t, value)
-        look_is_due = self.thrust is not None and self.thrust.push(stream, t, value)
+        self.raw.push(stream, t, value)
+        look_is_due = self.thrust is not None and stream in REQUIRED and self.thrust.is_due
         return self.batches.push(stream, t, value) or look_is_due
 
     def learn(self) -> NextIteration | None:
@@ -138,6 +147,7 @@ class LearnerNode:
         while (batch := self.batches.next_batch()) is not None:
             self._look(min(due, float(batch.time[-1])))
             self._judged_until = float(batch.time[-1])
+            self.raw.forget(self._judged_until - RAW_MEMORY_S)
             guarded, verdict, taken_back = guard.judge(self._settings, self._vehicle, self._guarded, batch)
             outcome = None
             if verdict.learn:

@@ -1,15 +1,13 @@
 """The model in the gyro's place: forecasts from the last that was measured, and how right earlier ones were.
 
-Of one learner. It keeps the newest raw data of the two streams, and before a batch is learned tries its own forecasts
-on them (`incsvr.forecasting.Experience`). Measurements are pushed from any thread; one thread learns; anybody asks.
+Of one learner. It looks at the newest raw data, and before a batch is learned tries its own forecasts on them
+(`incsvr.forecasting.Experience`). One thread learns; anybody asks.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-import threading
-from array import array
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,7 +22,7 @@ from incsvr.learning.model import Model
 from incsvr.numerics import Array, Stream
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import YAW_WORDS, AxisWords
-from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings
+from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED
 from incsvr.signals.steps import refuse_steps
@@ -32,6 +30,7 @@ from incsvr.signals.streams import JUMP_S
 from service import wire
 from service.learner.published import check_trained
 from service.learner.questions import refuse_effort
+from service.learner.raw_streams import RawStreams
 
 if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation
@@ -41,11 +40,9 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 MEMORY_S = 300.0
-"""The time for which raw data are kept [s]: an estimate goes on from what was measured no longer ago."""
+"""The time for which raw data count [s]: an estimate goes on from what was measured no longer ago."""
 TRIAL_PERIOD_S = 20.0
 """The time between two trials of forecasts [s]: in quick batches they would cost more than the learning."""
-CAPACITY_VALUES = 60_000
-"""Values of a stream that are kept at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +59,7 @@ class StandIn:
 
     Args:
         signals: how streams become samples.
+        raw: their newest data.
         memory: what an earlier `to_dict` gave.
         others: the channels of the further velocities that damping is learned over.
         coupled: the axis in its body; None takes it by itself.
@@ -72,31 +70,21 @@ class StandIn:
     def __init__(
         self,
         signals: SignalSettings,
+        raw: RawStreams,
         memory: Mapping[str, Any] | None = None,
         others: tuple[str, ...] = (),
         coupled: Coupled | None = None,
         effects: Compensation | None = None,
         words: AxisWords = YAW_WORDS,
     ) -> None:
-        self._signals, self._lock = signals, threading.Lock()
+        self._signals, self._raw = signals, raw
         self._others, self._coupled, self._effects, self._words = others, coupled, effects, words
-        self._raw = {stream: (array("d"), array("d")) for stream in (*REQUIRED, *signals.channels)}
         self._believed_ends: deque[float] = deque(maxlen=3)
         self._pending_trial: tuple[Model, float, float, float] | None = None
         try:
             self.experience = Experience() if memory is None else Experience.from_dict(memory)
         except Exception:  # what earlier forecasts taught comes again: nothing else is lost
             self.experience = Experience()
-
-    def push(self, stream: str, t: Array, value: Array) -> None:
-        """Keeps (n,) stamps [s] and values of a stream; what is no measurement is left out later."""
-        if stream not in self._raw:
-            return
-        with self._lock:
-            for kept, new in zip(self._raw[stream], (t, value), strict=True):
-                kept.extend(new.tolist())
-                if len(kept) > CAPACITY_VALUES:
-                    del kept[: len(kept) - CAPACITY_VALUES // 2]
 
     def batch_learned(self, model: Model, batch: Samples, smoothing: float) -> None:
         """A batch was believed and learned; `model` was served until then. Forecasts on it are tried by `catch_up`."""
@@ -119,7 +107,6 @@ class StandIn:
         except Exception:  # whatever came, learning goes on; the intervals begin anew
             log.exception("a fault of this program: forecasts could not be tried")
             self.experience = Experience()
-        self._forget(end - MEMORY_S)
 
     def taken_back(self) -> None:
         """The batch that was learned last was not to be believed."""
@@ -236,25 +223,8 @@ class StandIn:
         return Grid.of(parts[0], parts[1], smoothing, self._signals.sample_period, held)
 
     def _stream(self, stream: str) -> Stream:
-        """The recent measurements of a stream, by rising stamps, each once."""
-        with self._lock:
-            time, value = (np.array(kept) for kept in self._raw[stream])
-        limits = {YAW_RATE: self._signals.rate_limit, TORQUE: self._signals.torque_limit}
-        limit = limits.get(stream, math.inf)
-        kept = np.isfinite(time) & np.isfinite(value) & (np.abs(value) <= limit)
-        time, value = time[kept], value[kept]
-        # A stamp far ahead of all others is a mistake, one far behind is of the time before a clock began anew: both
-        # stand apart from what came last.
-        recent = float(np.median(time[-11:])) if time.size else 0.0
-        near = np.abs(time - recent) <= MEMORY_S
-        unique, first = np.unique(time[near], return_index=True)
-        return unique, value[near][first]
-
-    def _forget(self, before: float) -> None:
-        with self._lock:
-            for time, value in self._raw.values():
-                old = int(np.searchsorted(np.array(time), before))
-                del time[:old], value[:old]
+        """The recent measurements of a stream."""
+        return self._raw.read(stream, MEMORY_S)
 
 
 def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.ForecastReply:
