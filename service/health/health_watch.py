@@ -9,7 +9,7 @@ paused. OK may come with a note: what is taken for zero. Ages are wall time; the
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from incsvr.checks import implausible
@@ -154,22 +154,21 @@ class HealthWatch:
         rejected = self.rejections(node)
         readings = node.batches.readings
         learning = self._learning_now(now, node, readings)
-        graded = [
-            *(("ERROR", sentence) for sentence in self._errors(now)),
-            *(("STALE", sentence) for sentence in self._stale(now, node.words)),
-            *(("WARN", sentence) for sentence in self._warnings(now, node, rejected, readings)),
-            *(("OK", sentence) for sentence in (*self._notes, *node.remarks)),
-        ]
-        silent = any(level == "STALE" for level, _ in graded)
-        if learning.state == "paused" or (learning.state == "starved" and not silent):  # else the silence says it all
-            graver = sum(level in ("ERROR", "STALE") for level, _ in graded)
-            graded.insert(graver, ("WARN", f"learning is {learning.state}: {learning.why}"))
+        stale, warnings = self._stale(now, node.words), self._warnings(now, node, rejected, readings)
+        if learning.state == "paused" or (learning.state == "starved" and not stale):  # else the silence says it all
+            warnings.insert(0, f"learning is {learning.state}: {learning.why}")
+        by_level: dict[wire.Level, Sequence[str]] = {
+            "ERROR": self._errors(now),
+            "STALE": stale,
+            "WARN": warnings,
+            "OK": (*self._notes, *node.remarks),
+        }
         served = node.served
         with self._lock:
             streams = {name: stream.health(now, readings.get(name)) for name, stream in self._streams.items()}
         return wire.Health(
-            level=graded[0][0] if graded else "OK",  # type: ignore[arg-type]
-            reasons=tuple(sentence for _, sentence in graded),
+            level=next((level for level, said in by_level.items() if said), "OK"),
+            reasons=tuple(sentence for said in by_level.values() for sentence in said),
             counters={
                 "samples": node.batches.samples_seen,
                 "iterations": served.iteration,

@@ -136,7 +136,7 @@ class Answers:
                 self._reply(self._until_loaded.popleft(), self._feedforward_key, self._feedforward)
                 answered = True
             if self._from_history:
-                self._reply(self._from_history.popleft(), self._damping_key, self._damping_in_history)
+                self._reply(self._from_history.popleft(), self._damping_key, self._damping)
                 answered = True
             if not answered:
                 return
@@ -200,20 +200,9 @@ class Answers:
             if answer is not None:
                 return answer
         asked = questions.parameters(query, *self._velocities, "at", "revision")
-        return wire.encode(self._node.predict(self._damping_query(query, asked)))
-
-    def _damping_in_history(self, query: zenoh.Query) -> bytes:
-        """The damping as an earlier revision has it."""
-        asked = questions.parameters(query, *self._velocities, "at", "revision")
-        velocities = self._damping_query(query, asked)
-        row = self._row_at({name: text for name, text in asked.items() if name not in self._velocities})
-        snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
-        if not snapshot.model.is_trained:
-            raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")
-        return wire.encode(damping_reply(snapshot, velocities))
-
-    def _damping_query(self, query: zenoh.Query, asked: Mapping[str, str]) -> wire.DampingQuery:
-        return questions.damping_query(query, asked, self._velocities, self._node.words)
+        velocities = questions.damping_query(query, asked, self._velocities, self._node.words)
+        when = {name: text for name, text in asked.items() if name not in self._velocities}
+        return wire.encode(damping_reply(self._served_at(when) if when else self._node.served, velocities))
 
     def _model(self, query: zenoh.Query) -> bytes:
         asked = questions.parameters(query, "at", "revision")
@@ -262,6 +251,14 @@ class Answers:
             raise BadInput(f'plan the {words.rate} in the payload, such as {{"t": [0, 5], "rate": [0, 0.1]}}')
         asked = wire.decode(wire.FeedforwardQuery, payload)
         return wire.encode(feedforward_reply(self._node, asked, self._velocities))
+
+    def _served_at(self, asked: Mapping[str, str]) -> wire.ModelSnapshot:
+        """The model that was served at a time, or published as a revision."""
+        row = self._row_at(asked)
+        snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
+        if not snapshot.model.is_trained:
+            raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")
+        return snapshot
 
     def _row_at(self, asked: Mapping[str, str]) -> Row:
         """The row that was served at a time, or published as a revision."""

@@ -31,7 +31,7 @@ from service.config.configuration import Config
 from service.config.traced_effects import TracedEffects
 from service.learner.batches import MAX_WAITING_BATCHES, Batches
 from service.learner.next_iteration import NextIteration, RateCoverage, learn_afresh, take_back, train
-from service.learner.published import damping_reply, textbook_coefficients
+from service.learner.published import textbook_coefficients
 from service.learner.raw_streams import RawStreams
 from service.learner.stand_in import MEMORY_S as FORECAST_MEMORY_S
 from service.learner.stand_in import StandIn
@@ -257,15 +257,6 @@ class LearnerNode:
         self._guarded, self._covered = new.guarded, new.covered
         if new.motion is not None:
             self.recent_batches.add(*new.motion, self.batches.smoothing, new.report.trained)
-
-    def predict(self, asked: wire.DampingQuery) -> wire.DampingReply:
-        """The damping at what is asked.
-
-        Raises:
-            NothingLearned: ask again later.
-            BadInput: it is asked over other velocities than damping was learned over.
-        """
-        return damping_reply(self.served, asked)
 
     @property
     def fresh_coverage(self) -> float:

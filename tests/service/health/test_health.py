@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from incsvr.numerics import Array
-from service import wire
 from service.config.sections import HealthLimits
 from service.health.health_watch import HealthConditions, HealthWatch
 from service.learner.next_iteration import NextIteration
@@ -217,7 +216,7 @@ def judged(node: LearnerNode) -> Any:
 
 
 def curve_error(node: LearnerNode) -> float:
-    predicted = np.array(node.predict(wire.DampingQuery(tuple(RATES.tolist()))).damping)
+    predicted = node.served.model.predict(RATES).damping
     return float(np.mean(np.abs(predicted - leng.damping(RATES))))
 
 
