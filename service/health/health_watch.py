@@ -42,13 +42,13 @@ class HealthConditions:
     Attributes:
         notices: sentences, to be told as warnings.
         unsaved: why what was learned is not on the disk, in a few words; None where it is.
-        paused: why learning is paused, in one sentence; None while it goes on.
+        paused: why learning is paused, each in one sentence or None, the gravest first.
         effect_channels: channels without which no sample can be freed of the traced effects.
     """
 
     notices: tuple[str, ...] = ()
     unsaved: str | None = None
-    paused: str | None = None
+    paused: tuple[str | None, ...] = ()
     effect_channels: tuple[str, ...] = ()
 
 
@@ -191,15 +191,21 @@ class HealthWatch:
         )
 
     def _learning_now(self, now: float, node: LearnerNode, readings: Mapping[str, Reading]) -> wire.Learning:
+        """The state of learning. All reasons why nothing is learned, in the order in which they are told: what somebody
+        decided, what the data are not, what they lack."""
         with self._lock:
             if self._starvation is None:
                 self._starvation = Starvation(node.config.signal_settings(), self._started, node.words)
             received = {name: stream.received for name, stream in self._streams.items()}
             starved, since = self._starvation.why(now, received, readings, node.batches), self._starvation.since
             without_evidence = node.recent_batches.without_evidence_since
-            if starved is None and without_evidence is not None:
-                starved, since = sentences.evidence_sentence(node), without_evidence
-            self._learning = self._learning.now(self._conditions.paused or self._units(node), starved, since)
+            reasons: list[wire.Reason] = [
+                ("paused", why, since) for why in (*self._conditions.paused, self._units(node))
+            ]
+            reasons.append(("starved", starved, since))
+            if without_evidence is not None:
+                reasons.append(("starved", sentences.evidence_sentence(node), without_evidence))
+            self._learning = self._learning.now((*reasons, ("learning", None, since)))
             return self._learning
 
     def _units(self, node: LearnerNode) -> str | None:

@@ -11,7 +11,7 @@ a viewer that starts late draws what happened before.
 from __future__ import annotations
 
 from service.wire.form import Form, FormType, Numbers, decode, encode
-from service.wire.health import Health, Learning, Level, Measurement, StreamHealth, ThrustEvent, measurement
+from service.wire.health import Health, Learning, Level, Measurement, Reason, StreamHealth, ThrustEvent, measurement
 from service.wire.keys import Keys
 from service.wire.model import (
     SETS,
@@ -62,6 +62,7 @@ __all__ = [
     "ModelSnapshot",
     "Numbers",
     "Points",
+    "Reason",
     "StreamHealth",
     "ThrustEvent",
     "Validation",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -42,6 +43,8 @@ class StreamHealth(Form):
 
 
 LearningState = Literal["learning", "starved", "paused"]
+Reason = tuple[LearningState, str | None, float]
+"""A state of learning, the sentence on why it is so, None where it is not, and since when in the vehicle's time [s]."""
 
 
 @dataclass(frozen=True)
@@ -56,13 +59,10 @@ class Learning(Form):
     since: float = 0.0
     why: str = ""
 
-    def now(self, paused: str | None, starved: str | None, t: float) -> Learning:
-        """The state at the vehicle's time t [s], given why learning is paused and why there is no evidence.
-
-        A pause is said before a lack of samples: somebody decided it. `since` moves with the state alone.
-        """
-        state: LearningState = "paused" if paused else "starved" if starved else "learning"
-        return Learning(state=state, since=self.since if state == self.state else t, why=paused or starved or "")
+    def now(self, reasons: Iterable[Reason]) -> Learning:
+        """The state now, by the first reason why nothing is learned that there is; `since` moves with the state."""
+        state, why, t = next(((state, why, t) for state, why, t in reasons if why or state == "learning"))
+        return Learning(state=state, since=self.since if state == self.state else t, why=why or "")
 
 
 Level = Literal["OK", "WARN", "ERROR", "STALE"]

@@ -211,7 +211,7 @@ def played(node: LearnerNode, after: float, until: float) -> list[NextIteration]
 def judged(node: LearnerNode) -> Any:
     config = configured()
     watch = HealthWatch(config.health, started=0.0, clock=lambda: 0.0)
-    watch.observe(HealthConditions(paused=node.current_warnings.paused))
+    watch.observe(HealthConditions(paused=(node.current_warnings.paused,)))
     return watch.report(node)
 
 
