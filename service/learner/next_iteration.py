@@ -17,6 +17,7 @@ from incsvr.learning.excitation import Excitation
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
+from incsvr.numerics.plain import or_none
 from incsvr.plant.axes import Axis
 from incsvr.signals.samples import Samples
 from service import wire
@@ -49,9 +50,15 @@ class RateCoverage:
         """The part of the range that was covered within FRESH_S before the newest sample, 0 to 1."""
         return 0.0 if newest is None else float(np.mean(self.at >= newest - FRESH_S))
 
-    def to_list(self) -> list[float | None]:
-        """The times as plain data, None where it never was."""
-        return [None if math.isinf(t) else t for t in self.at.tolist()]
+    @staticmethod
+    def of(times: tuple[float | None, ...]) -> RateCoverage:
+        """The coverage that `times` gave."""
+        return RateCoverage(np.array([-math.inf if t is None else t for t in times]))
+
+    @property
+    def times(self) -> tuple[float | None, ...]:
+        """The times for the learner's memory, None where it never was."""
+        return or_none(self.at)
 
 
 @dataclass(frozen=True, slots=True)

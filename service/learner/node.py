@@ -20,7 +20,7 @@ from incsvr.errors import BadInput
 from incsvr.learning import checked_learner as guard
 from incsvr.learning.checked_learner import Guarded
 from incsvr.numerics import Array
-from incsvr.numerics.plain import to_plain
+from incsvr.numerics.plain import fields_to_plain
 from incsvr.plant.axes import AXES
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.plant.words import words_of
@@ -37,7 +37,7 @@ from service.learner.stand_in import MEMORY_S as FORECAST_MEMORY_S
 from service.learner.stand_in import StandIn
 from service.learner.thrust import MAX_BEHIND_S, ThrustWatch
 from service.learner.window import RecentBatches, Window
-from service.state.restored import restore
+from service.state.memory import Memory, restore
 
 RAW_MEMORY_S = max(2.0 * FORECAST_MEMORY_S, MAX_BEHIND_S)
 """The time before the end of a batch for which raw data are kept [s]: forecasts are tried on them once the batch is
@@ -81,10 +81,10 @@ class LearnerNode:
         self.ledger = replace(self.ledger, mode=config.tracing.live)
         self._settings = config.learner_settings()
         self._validation: dict[str, Samples] = {}
-        known = restore(memory, self._settings)
-        self._guarded, self._covered = known.guarded, RateCoverage(known.covered)
-        self.remarks: tuple[str, ...] = () if known.remark is None else (known.remark,)
-        paused = known.guarded.checks.paused_since is not None
+        known, self.remarks = restore(memory, self._settings)
+        self._guarded = Guarded(known.learner, known.checks, known.before)
+        self._covered = RateCoverage.of(known.covered)
+        paused = known.checks.paused_since is not None
         self.current_warnings = CurrentWarnings("it was before the restart; the next batch decides" if paused else None)
         compensation = None if effects is None else effects.compensation
         signals = config.signal_settings()
@@ -99,16 +99,15 @@ class LearnerNode:
         coupled, others = config.coupled(), self._settings.others
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled, others)
         self.raw = RawStreams(signals)
-        known_forecasts = (memory or {}).get("forecast")
-        self.stand_in = StandIn(signals, self.raw, known_forecasts, others, coupled, compensation, self.words)
+        self.stand_in = StandIn(signals, self.raw, known.forecast, others, coupled, compensation, self.words)
         #: None where other velocities have a part in the torque, which its errors would hold.
         alone = coupled is None and not others
-        self.thrust = ThrustWatch(signals, self.raw, (memory or {}).get("thrust")) if alone else None
+        self.thrust = ThrustWatch(signals, self.raw, known.thrust) if alone else None
         self._judged_until: float | None = None  # the last stamp of the last batch, learned or put aside [s]
         self._batch_ends: deque[BatchEnd] = deque(maxlen=MAX_WAITING_BATCHES)
         self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)
-        learned = known.guarded.learner
+        learned = known.learner
         self.served = wire.ModelSnapshot(
             boot=boot,
             revision=known.revision,
@@ -265,15 +264,19 @@ class LearnerNode:
 
     def memory(self, whole: bool = False) -> dict[str, Any]:
         """The durable memory as plain data; `whole` adds the samples on their way to the next batch."""
-        known: dict[str, Any] = {
-            **to_plain(self._guarded),
-            "revision": self.served.revision,
-            "covered": self._covered.to_list(),
-            "t": self.served.t,
-        } | ({} if self.thrust is None else {"thrust": self.thrust.to_dict()})
-        if whole:
-            known |= {"on_the_way": self.batches.to_dict(), "forecast": self.stand_in.to_dict()}
-        return known
+        now = self._guarded
+        known = Memory(
+            now.learner,
+            now.checks,
+            now.before,
+            revision=self.served.revision,
+            covered=self._covered.times,
+            t=self.served.t,
+            thrust=None if self.thrust is None else self.thrust.to_dict(),
+            on_the_way=self.batches.to_dict() if whole else None,
+            forecast=self.stand_in.to_dict() if whole else None,
+        )
+        return fields_to_plain(known)
 
     def coefficients(self) -> wire.Coefficients:
         """The textbook's coefficients of what is served; none where nothing is learned."""

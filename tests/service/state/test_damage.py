@@ -153,7 +153,7 @@ def test_a_missing_row_is_not_answered_with_an_older_one(tmp_path: Path, state: 
     [
         ({"revision": -5}, "revision is -5"),
         ({"covered": [None]}, "covered"),
-        ({"t": "soon"}, "could not convert"),
+        ({"t": "soon"}, "t: give a finite number"),
         ({"learner": {}}, "no"),
         ({"weight": 1e6}, "weight beyond C"),
         ({"weight": None}, "no number"),
