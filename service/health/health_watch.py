@@ -196,8 +196,7 @@ class HealthWatch:
         with self._lock:
             if self._starvation is None:
                 self._starvation = Starvation(node.config.signal_settings(), self._started, node.words)
-            received = {name: stream.received for name, stream in self._streams.items()}
-            starved, since = self._starvation.why(now, received, readings, node.batches), self._starvation.since
+            starved, since = self._starvation.why(now, self._streams, readings, node.batches), self._starvation.since
             without_evidence = node.recent_batches.without_evidence_since
             reasons: list[wire.Reason] = [
                 ("paused", why, since) for why in (*self._conditions.paused, self._units(node))

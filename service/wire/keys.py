@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+QUERIES = ("damping", "forecast", "feedforward")
+"""The names of the keys that answer about the model, and publish nothing."""
+
 
 class Below:
     """A key: its name below the prefix."""
