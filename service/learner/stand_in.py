@@ -53,6 +53,22 @@ class ForecastFromStart:
     forecast: Forecast
     newest: float
 
+    @property
+    def columns(self) -> dict[str, Any]:
+        """Times, rates and headings with their intervals of 95 %, and what they are worth, as payloads name them."""
+        found = self.forecast
+        columns = {
+            "t": found.time,
+            "rate": found.rate,
+            "rate_low": found.rate - found.rate_half,
+            "rate_high": found.rate + found.rate_half,
+            "turned": found.turned,
+            "turned_low": found.turned - found.turned_half,
+            "turned_high": found.turned + found.turned_half,
+            "worth": found.worth,
+        }
+        return {name: tuple(values.tolist()) for name, values in columns.items()}
+
 
 class StandIn:
     """The stand-in of a learner with these signals.
@@ -255,18 +271,10 @@ def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.
         refuse_steps(at, "the times of the answers")
         refuse_effort(torque, node.config.vehicle.torque_limit, node.words)
         ahead = stand_in.under(served.model, smoothing, believed, t, torque, at)
-    found = ahead.forecast
     return wire.ForecastReply(
         since=ahead.start.time,
         measured=ahead.start.rate,
-        t=tuple(found.time.tolist()),
-        rate=tuple(found.rate.tolist()),
-        rate_low=tuple((found.rate - found.rate_half).tolist()),
-        rate_high=tuple((found.rate + found.rate_half).tolist()),
-        turned=tuple(found.turned.tolist()),
-        turned_low=tuple((found.turned - found.turned_half).tolist()),
-        turned_high=tuple((found.turned + found.turned_half).tolist()),
-        worth=tuple(found.worth.tolist()),
+        **ahead.columns,
         iteration=served.iteration,
         revision=served.revision,
     )
@@ -289,27 +297,17 @@ def estimate(node: LearnerNode, silent_s: float | None) -> wire.Estimate | None:
 
 
 def _last(node: LearnerNode, ahead: ForecastFromStart, why: str) -> wire.Estimate:
-    found = ahead.forecast
-    rate, half, turned, doubt = (
-        float(values[-1]) for values in (found.rate, found.rate_half, found.turned, found.turned_half)
-    )
-    worth, age = bool(found.worth[-1]), float(found.time[-1]) - ahead.start.time
+    newest = {name: values[-1] for name, values in ahead.columns.items()}
+    age = newest["t"] - ahead.start.time
     left = (
         ""
-        if worth
+        if newest["worth"]
         else "; this estimate is too uncertain to be useful: its interval is as wide as the range of the usual rates"
     )
     return wire.Estimate(
-        t=float(found.time[-1]),
-        rate=rate,
-        rate_low=rate - half,
-        rate_high=rate + half,
-        turned=turned,
-        turned_low=turned - doubt,
-        turned_high=turned + doubt,
+        **newest,
         since=ahead.start.time,
         age_s=age,
-        worth=worth,
         why=f"{why}; the last valid measurement is {age:.1f} s old{left}",
         iteration=node.served.iteration,
         revision=node.served.revision,
