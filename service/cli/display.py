@@ -18,6 +18,7 @@ from rich.text import Text
 
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
+from incsvr.signals import REQUIRED, TORQUE, YAW_RATE
 from service.cli.terminal import behind, shown
 from service.inputs.units import si_unit
 from service.wire import Health, ModelSnapshot, StreamHealth
@@ -35,9 +36,6 @@ class Console(RichConsole):
 
 
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
-STREAM_NAMES = {"yaw_rate": "{rate}", "torque": "{effort}"}
-"""Names of the two streams for people; names and units are templates of `AxisWords`."""
-STREAM_UNITS = {"yaw_rate": "{rate_unit}", "torque": "{effort_unit}"}
 SHOWN_RATES = 5
 """Rates at which the model is shown, over its trained range."""
 
@@ -84,12 +82,13 @@ def _heard(health: Health, axis: Axis) -> Table:
 
 def _called(name: str, axis: Axis) -> str:
     """The name of a stream for people."""
-    return words_of(axis).fill(STREAM_NAMES[name]) if name in STREAM_NAMES else name
+    return words_of(axis).stream(name) if name in REQUIRED else name
 
 
 def stream_unit(name: str, axis: Axis) -> str:
     """The unit of a learner's stream; empty where its name is no known one."""
-    return words_of(axis).fill(STREAM_UNITS[name]) if name in STREAM_UNITS else si_unit(name)
+    words = words_of(axis)
+    return {YAW_RATE: words.rate_unit, TORQUE: words.effort_unit}.get(name) or si_unit(name)
 
 
 def _columns(name: str, stream: StreamHealth, axis: Axis) -> tuple[str, ...]:
