@@ -31,11 +31,12 @@ class SampleRateWatch:
 
     def look(self, raw: RawStreams) -> SlowTorque | None:
         newest = raw.until(TORQUE)
-        if 0.0 <= newest - self.checked_at < 0.5 * MIN_SPAN_S:
+        if not np.isfinite(newest) or 0.0 <= newest - self.checked_at < 0.5 * MIN_SPAN_S:
             return self.finding
+        self.checked_at = newest
         rate, torque = (_thinned(*raw.read(name, SPAN_S)) for name in (YAW_RATE, TORQUE))
         if rate[0].size and torque[0].size and newest - torque[0][0] >= MIN_SPAN_S:
-            self.checked_at, self.finding = newest, slow_torque(rate, torque)
+            self.finding = slow_torque(rate, torque)
         return self.finding
 
 
