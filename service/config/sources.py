@@ -142,8 +142,7 @@ def read(
         values = merge({"learners": learners_in(vehicle)}, values)
     where |= origin or {}
     config = validate(merge(defaults(values), values), where)
-    config.named(where)
-    first = config.each()[0]
+    first = config.each(where)[0]
     return config if "prefix" in values else config.model_copy(update={"prefix": first.prefix})
 
 
