@@ -34,9 +34,9 @@ class Frame:
     @cached_property
     def model(self) -> Model | None:
         """The served model; None before anything was learned."""
-        if self.snapshot is None or not len(self.snapshot.support):
+        if self.snapshot is None or not self.snapshot.model.is_trained:
             return None
-        return self.snapshot.model()
+        return self.snapshot.model
 
     @cached_property
     def curve(self) -> Floats:

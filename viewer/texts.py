@@ -75,7 +75,7 @@ def compared(before: Frame, after: Frame, axis: AxisWords = YAW_WORDS) -> str:
 def _figures(frame: Frame, axis: AxisWords) -> dict[str, str]:
     """What an iteration is judged by, in words."""
     report, model, unit = frame.report, frame.model, axis.effort_unit
-    span = None if frame.snapshot is None else frame.snapshot.trained_range
+    span = None if frame.snapshot is None else frame.snapshot.model.trained_range
     return {
         "Training time": f"{report.training_ms:.1f} ms",
         "Error before learning": quantity(report.progressive_mae, unit),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -69,13 +70,13 @@ def test_every_set_of_every_iteration_is_there_with_the_learners_numbers(run: Ru
 def test_the_curve_is_the_served_model(run: Run, recorded: Path) -> None:
     logged = rows(recorded, "LineStrips2D:strips")
     for report, snapshot in run.iterations:
-        model = snapshot.model()
+        model = snapshot.model
         curve = np.concatenate([points(strip) for strip in shown(logged["/learning/function"], report.iteration)])
-        assert curve[[0, -1], 0] == pytest.approx(snapshot.trained_range, abs=1e-6)
+        assert curve[[0, -1], 0] == pytest.approx(snapshot.model.trained_range, abs=1e-6)
         assert curve[:, 1] == pytest.approx(model.predict(curve[:, 0]).damping, abs=1e-3)
         tubes = [points(strip)[:, 1] for strip in shown(logged["/learning/tube"], report.iteration)]
         for below, above in zip(tubes[::2], tubes[1::2], strict=True):
-            assert above - below == pytest.approx(2.0 * snapshot.epsilon, abs=1e-4)
+            assert above - below == pytest.approx(2.0 * snapshot.model.epsilon, abs=1e-4)
         below, above, _ = (points(strip) for strip in shown(logged["/learning/uncertainty"], report.iteration))
         doubt = 1.96 * model.predict(below[:, 0]).sigma
         # Where both edges lie on the axes; beyond, they are cut.
@@ -87,7 +88,7 @@ def test_the_curve_is_the_served_model(run: Run, recorded: Path) -> None:
 def test_what_is_dashed_is_extrapolated(run: Run, recorded: Path) -> None:
     logged = rows(recorded, "LineStrips2D:strips")
     for report, snapshot in run.iterations:
-        model = snapshot.model()
+        model = snapshot.model
         for strip in shown(logged["/learning/extrapolation"], report.iteration):
             assert model.predict(points(strip)[1:-1, 0]).extrapolated.all()
 
@@ -102,7 +103,7 @@ def test_the_error_of_the_untrained_model_is_in_the_name_of_the_curve(run: Run, 
     report, snapshot = run.iterations[0]
     check = Validation(name="V1", mae=5.0, rmse=6.0, samples=100, untrained=48.0)
     path = tmp_path / "run.rrd"
-    first = report.model_copy(update={"validation": (check,)})
+    first = replace(report, validation=(check,))
     with recording(path) as pages:
         pages.iteration(Frame(first, snapshot, None))
     assert rows(path, "Scalars:scalars", "/error") == {"/error/V1": {1: [5.0]}}
@@ -167,7 +168,7 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
     wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
     path = tmp_path / "wild.rrd"
     with recording(path) as pages:
-        pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
+        pages.iteration(Frame(replace(report, outliers=wild), snapshot, None))
         pages.iteration(Frame(*run.iterations[1], None))
     strips = rows(path, "LineStrips2D:strips")
     (arrow,) = shown(strips["/learning/off_scale"], 1)
@@ -188,8 +189,8 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
         for report, snapshot in run.iterations[:2]:
             size = len(report.batch.time)
             parts = {"declared inertia": tuple(np.linspace(-9.0, 9.0, size).tolist()), "coupling:sway": (3.0,) * size}
-            batch = report.batch.model_copy(update={"parts": parts})
-            pages.iteration(Frame(report.model_copy(update={"batch": batch}), snapshot, None))
+            batch = replace(report.batch, parts=parts)
+            pages.iteration(Frame(replace(report, batch=batch), snapshot, None))
     assert "## Torque lag" in shown(rows(path, "TextDocument:text", "/effects")["/effects/ledger"], 1)[0]
     found = efforts(batch)
     named = {f"effects/parts/{name}" for name in ("declared_inertia", "coupling_sway", "damping")}

@@ -13,6 +13,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients, negative_drag
+from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
 from service.bus.session import open_session
@@ -105,14 +106,14 @@ class Learner:
                 "history": [names.step(entry).replace("**", "") for entry in ledger.history[-10:]],
             }
         units = {name: si_unit(name) for name in health.streams}
-        return self._parts | {"units": units, "health": health.model_dump(mode="json")}
+        return self._parts | {"units": units, "health": to_plain(health)}
 
     def _learned(self, learner: Questions) -> Mapping[str, Any] | None:
         """The curve of the served model, and what the learner noticed about the vehicle; None where it does not say."""
         snapshot = learner.model()
         if snapshot is None:
             return None
-        if not snapshot.support.rate:
+        if not snapshot.model.is_trained:
             return NOTHING_LEARNED
         looked_through = learner.reports(max(0, snapshot.revision - MAX_SEARCHED_ITERATIONS))
         changes = [{"iteration": each.iteration, "what": each.change} for each in looked_through if each.change]
@@ -124,7 +125,7 @@ def curve(snapshot: ModelSnapshot, words: AxisWords = YAW_WORDS, rates: int = 12
 
     The curve goes a tenth of the trained range beyond each of its ends.
     """
-    model = snapshot.model()
+    model = snapshot.model
     low, high = model.trained_range or (0.0, 0.0)
     beyond = 0.1 * (high - low)
     rate = np.linspace(low - beyond, high + beyond, rates)
@@ -140,7 +141,7 @@ def curve(snapshot: ModelSnapshot, words: AxisWords = YAW_WORDS, rates: int = 12
         "sigma": drawn.sigma.tolist(),
         "doubt": drawn.doubt.tolist(),
         "extrapolated": drawn.extrapolated.tolist(),
-        "support": {"rate": snapshot.support.rate, "damping": snapshot.support.damping},
+        "support": {"rate": model.support_rate.tolist(), "damping": model.support_damping.tolist()},
         "coefficients": {name: value._asdict() for name, value in known.items()},
         "coefficient_notes": [
             note

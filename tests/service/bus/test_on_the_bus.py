@@ -29,8 +29,7 @@ def test_every_iteration_is_published_with_its_sets_and_its_model(taught: Taught
         assert gone + report.counts["undriven"] == 50
         assert 0 < report.counts["support"] <= 60
         assert report.support.rate == model.support.rate
-        assert model.certified_error is not None
-        assert model.certified_error <= 0.01
+        assert model.model.certified_error <= 0.01
         assert report.training_ms > 0.0
         assert (report.progressive_mae is None) == (number == 1)
     assert {name for name in bench.health().counters if name.startswith("rejected")} == {"rejected"}

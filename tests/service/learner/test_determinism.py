@@ -49,7 +49,7 @@ def from_file(recording: Recording) -> list[bytes]:
         node.push(name, t, value)
     snapshots = []
     while (outcome := node.learn()) is not None:
-        snapshots.append(without_boot(outcome.snapshot))
+        snapshots.append(without_boot(outcome.served))
     assert len(snapshots) >= ITERATIONS
     return snapshots
 

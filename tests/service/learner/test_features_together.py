@@ -103,11 +103,10 @@ def test_all_that_work_together_at_once(tmp_path: Path) -> None:
         assert all(each.name == "V" and np.isfinite(each.rmse) for each in reports[-1].validation)
         snapshot = node.latest()
         assert snapshot is not None
-        assert snapshot.over is not None
-        assert snapshot.over.inputs == ("yaw_rate", "surge", "sway")
+        assert snapshot.to_dict()["over"]["inputs"] == ["yaw_rate", "surge", "sway"]
         exported = json.loads(in_format(of_snapshot(snapshot, "a test"), "json")[0])
         assert [each["effect"] for each in exported["effects"]] == ["bias_torque"]
-        curve = snapshot.model().predict(exported["curve"]["rate"]).damping
+        curve = snapshot.model.predict(exported["curve"]["rate"]).damping
         np.testing.assert_allclose(exported["curve"]["damping"], curve)
         forecast = forecast_reply(node, wire.ForecastQuery(t=(0.0, 10.0), torque=(4.0, 4.0)))
         assert np.isfinite(forecast.rate).all()
