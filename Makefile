@@ -41,7 +41,7 @@ $(STUDIES): .venv/ready  ## what a study measures is the first line of its file 
 
 pictures: .venv/ready  ## every picture of README and docs, from the last demo's recording and a browser
 	test -f out/leng.rrd || $(BIN)/incsvr demo
-	$(BIN)/python -m viewer.pictures out/leng.rrd docs/pictures
+	$(BIN)/python -m tests.docs.pictures out/leng.rrd docs/pictures
 
 tutorials: .venv/ready  ## writes what the tutorials' commands print now into their pages
 	$(BIN)/python -m tests.docs.regenerate

@@ -20,7 +20,6 @@ from incsvr.checks import Vehicle as Checked
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.feedforward import Plan as PlannedMotion
 from incsvr.compensation.feedforward import feedforward
-from incsvr.compensation.fresh_data import as_run
 from incsvr.forecasting import Experience, Grid, Start, forecast
 from incsvr.forecasting.experience import HORIZONS_S as TRIED
 from incsvr.learning import checked_learner
@@ -28,8 +27,9 @@ from incsvr.numerics import Array, root_mean_square
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import COMMANDED
 from incsvr.tracing.result import trace
+from incsvr.tracing.run import as_run
+from service.recordings.reading import RATE_LIMIT
 from service.recordings.recording import Recording
-from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learn, learner_for, samples_of, signals_for
 from simulator import effects
 from simulator.mission import Mission

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service.bus.session import client_config_at, free_endpoint, open_session
-from service.wire import Form, FormType, Health, Keys, ModelSnapshot, decode
+from service.wire import FormType, Health, Keys, ModelSnapshot, decode
 from service.wire.json_text import json_text
 
 KEYS = Keys("leng/yaw")
@@ -153,9 +154,9 @@ class Learner:
             self._came.notify_all()
 
 
-def same(one: Form, other: Form) -> bool:
+def same(one: ModelSnapshot, other: ModelSnapshot) -> bool:
     """Whether two snapshots hold one model; each start publishes it again under its own boot."""
-    return one.model_dump(exclude={"boot"}) == other.model_dump(exclude={"boot"})
+    return bool(replace(one, boot="") == replace(other, boot=""))
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from benchmarks.study import Record, grouped, run, share, table
 from service.config.configuration import Config
 from service.config.sources import read
 from service.fitting.scaled import scaled_config
-from service.recordings.recording_csv import RATE_LIMIT
+from service.recordings.reading import RATE_LIMIT
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from simulator.mission import Mission
 from simulator.vehicles import TURNING

@@ -21,7 +21,7 @@ from incsvr.numerics import Array
 from service.fitting.fit import Fit
 from service.fitting.terms import Terms
 from service.fitting.training import AS_GIVEN
-from service.recordings.recording_csv import RATE_LIMIT
+from service.recordings.reading import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
 from simulator.mission import Mission
 from simulator.plans import PLANS

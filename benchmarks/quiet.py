@@ -18,8 +18,8 @@ from benchmarks.study import Record, grouped, run, seeds, table
 from incsvr.checks import Decision, Vehicle, Verdict
 from incsvr.learning import checked_learner
 from incsvr.numerics import Array
-from service.recordings.recording import Recording, from_streams
-from service.recordings.recording_csv import RATE_LIMIT
+from service.recordings.reading import RATE_LIMIT
+from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from simulator import leng
 
@@ -100,7 +100,7 @@ def recording_of(case: Case) -> Recording:
     measured = np.interp(gyro, time, rate) + rng.normal(0.0, kind.noise * vehicle.rate, gyro.size)
     at = np.clip((commands / STEP_S).astype(int), 0, torque.size - 1)
     commanded = torque[at] + rng.normal(0.0, kind.torque_noise * vehicle.torque, at.size)
-    return from_streams(
+    return Recording(
         f"{name}, {called}, {seed}", {"yaw_rate": (gyro, measured.round(6)), "torque": (commands, commanded.round(4))}
     )
 

@@ -21,9 +21,9 @@ from incsvr.signals import TORQUE, YAW_RATE
 from service.config.sources import read
 from service.fitting.scaled import scaled_config
 from service.learner.node import LearnerNode
+from service.recordings.reading import RATE_LIMIT
 from service.recordings.reading import read as read_recording
 from service.recordings.recording import Recording, sequence
-from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from simulator.mission import Mission
 from simulator.physics import Array, Physics
@@ -85,11 +85,12 @@ def _broken(seed: int) -> tuple[Mission, Record]:
 def _measured(vehicle: str, seed: int) -> Record:
     random = np.random.default_rng([seed, *b"thrust"])
     runs = [read_recording(path) for path in sorted((MEASURED / vehicle).glob("*.csv"))]
-    runs = [each for each in runs if float(np.nanstd(each.columns[TORQUE])) > 0.0]
+    runs = [each for each in runs if float(np.nanstd(each.effort)) > 0.0]
     whole = sequence([runs[k] for k in random.permutation(len(runs))])
     onset = float(round(random.uniform(0.5, 0.8) * whole.time[-1], 1))
-    torque = np.where(whole.time >= onset, 2.0, 1.0) * whole.columns[TORQUE]
-    broken = replace(whole, columns={**whole.columns, TORQUE: torque})
+    time, torque = whole.own_streams[TORQUE]
+    drawn = np.where(time >= onset, 2.0, 1.0) * torque
+    broken = replace(whole, own_streams={**whole.own_streams, TORQUE: (time, drawn)})
     found, quiet = (watched(each, MEASURED_VEHICLES[vehicle]) for each in (broken, whole))
     about: Record = {"kind": "log", "vehicle": vehicle, "lost": 0.5, "onset": onset}
     told = judged(found, broken, onset, np.inf)

@@ -134,7 +134,7 @@ def _adaptive(given: Material) -> AdaptiveIdentifier:
 
 def _process(given: Material) -> Motion:
     samples, joined = given.data().samples, sequence(given.fitted)
-    beside = [np.interp(samples.time, joined.time, joined.velocities[name]) for name in given.others]
+    beside = [np.interp(samples.time, *joined.velocities[name]) for name in given.others]
     return process(np.column_stack([samples.yaw_rate, *beside]), samples.damping, given.inertia, given.others)
 
 

@@ -85,7 +85,7 @@ Logs: TypeAlias = OneLog | Sequence[OneLog]
 class Reading(TypedDict, total=False):
     """Keywords that say what is in a log."""
 
-    preset: str  # "blueos", "ros2", "keelson", "px4" or "incsvr", if the log does not show it
+    preset: str  # of the vehicle, such as "blueos" or "ros2", if the log does not show it
     column: str | Sequence[str]  # the source of a quantity, such as "yaw_rate=r:deg/s", or several
     system: str  # the vehicle to read, if a log contains several
     config: Path  # a configuration whose section `inputs` describes the log

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.numerics import Streams
-from service.recordings.recording import from_streams
+from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from simulator.mission import Mission
 from simulator.sensors import whole
@@ -62,5 +62,5 @@ def write_dive(path: Path, vehicle: str, seed: int) -> Vehicle:
     """
     body = BODIES[vehicle](np.random.default_rng(_BODY_SEED))
     (log,) = dives([body], LOG_DURATION_S, seed)
-    write(path, from_streams(path.stem, log))
+    write(path, Recording(path.stem, log))
     return body

@@ -27,7 +27,7 @@ from incsvr.numerics import Array
 from incsvr.plant import Thruster, thruster_torque
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.signals.samples import Samples
-from service.recordings.recording import Recording, from_streams
+from service.recordings.recording import Recording
 
 INERTIA = 350.0
 """I, dry and added mass [kg m²]."""
@@ -146,7 +146,7 @@ def sensed(
     speeds = [np.interp(spin, time, speed) + rng.normal(0.0, ROTOR_NOISE, spin.size) for speed in rotor]
     turn = np.interp(spin, time, rate)
     torque = thruster_torque(THRUSTERS, tuple(speeds), tuple(thruster.lever * turn for thruster in THRUSTERS))
-    return from_streams(name, {YAW_RATE: (gyro, yaw_rate.round(6)), TORQUE: (spin, torque.round(4))})
+    return Recording(name, {YAW_RATE: (gyro, yaw_rate.round(6)), TORQUE: (spin, torque.round(4))})
 
 
 def _motion(run: Run, rng: np.random.Generator) -> tuple[Array, Array, tuple[Array, Array]]:

@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from service.recordings.recording import Recording, from_streams
+from service.recordings.recording import Recording
 from simulator import effects, second_effects, sensors
 from simulator.hull import Hulls
 from simulator.physics import STEP, Physics, Setting, Truth, Yaw
@@ -167,7 +167,7 @@ class Ship:
             streams.setdefault(AXES[name].effort, (beats, efforts[:, NAMES.index(name)]))
         for name, course in self._courses.items():
             streams[name] = sensors.logged(name, course, self.ticks * TICK_S, self.mission.chance(f"log {name}"))
-        return from_streams(f"{self.mission.kind}_{self.mission.seed}", streams)
+        return Recording(f"{self.mission.kind}_{self.mission.seed}", streams)
 
 
 def _hide(

@@ -10,7 +10,7 @@ from incsvr.plant.attitude import ATTITUDE, kinematics
 from incsvr.plant.axes import AXES, EFFORTS
 from incsvr.vehicle import Vehicle
 from incsvr.vehicle.runs import is_held
-from service.recordings.recording import Recording, from_streams
+from service.recordings.recording import Recording
 
 MAX_STEP_S = 0.02
 """Longest step between two values that are played [s]: a vehicle's gyro tells 50 a second and more."""
@@ -48,7 +48,7 @@ def moved_by(log: Streams, vehicle: Vehicle, name: str) -> Recording:
     found |= {each: (edges[:-1], angle[:, k]) for k, each in enumerate(ATTITUDE)}
     # The mean of a cell is what acts in its middle.
     middle = edges[:-1] + 0.5 * step
-    return from_streams(name, found | {AXES[axis].effort: (middle, drive[:, _place(axis)]) for axis in vehicle.driven})
+    return Recording(name, found | {AXES[axis].effort: (middle, drive[:, _place(axis)]) for axis in vehicle.driven})
 
 
 def _attitude(velocity: Array, step: float) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from incsvr.model.rows import ONE, Factor, Part, Row
 from incsvr.numerics import Array
 from incsvr.tracing.model import Effect, TracedModel
-from service.recordings.recording import Recording, from_streams
+from service.recordings.recording import Recording, from_table
 from simulator import leng
 
 LAG, BIAS = 0.4, 12.0
@@ -46,12 +46,12 @@ def recording(seed: int, duration: float = 400.0, *, noise: float = 1.0) -> Reco
     time: Array = STEP * np.arange(count, dtype=np.float64)
     rates += noise * random.normal(0.0, 0.002, count)
     measured = command + noise * random.normal(0.0, 1.0, count)
-    return from_streams(f"hidden_{seed}", {"yaw_rate": (time, rates), "torque": (time[::2], measured[::2])})
+    return Recording(f"hidden_{seed}", {"yaw_rate": (time, rates), "torque": (time[::2], measured[::2])})
 
 
 def with_channels(run: Recording, channels: Mapping[str, Array]) -> Recording:
     """The run with further channels, sampled in every row."""
-    return Recording(run.name, run.time, {**run.columns, **channels})
+    return from_table(run.name, run.time, {**run.columns, **channels})
 
 
 def acting(name: str, *factors: Factor, value: float, follows: str = "", constant: float | None = None) -> Effect:

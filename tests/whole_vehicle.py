@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.numerics import Array
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 
 MASS = np.array([60.0, 80.0, 0.0, 0.0, 0.0, 12.0])
 """M, diagonal, surge to yaw [kg], [kg m²]."""
@@ -40,4 +40,4 @@ def whole_vehicle(seed: int, count: int) -> Recording:
         velocity[k + 1] = nu + STEP * slope(middle, tau)
     time: Array = STEP * np.arange(count, dtype=np.float64)
     measured = velocity + random.normal(0.0, 0.001, velocity.shape)
-    return Recording("whole.csv", time, dict(zip(NAMES, [*measured.T, *force.T], strict=True)))
+    return from_table("whole.csv", time, dict(zip(NAMES, [*measured.T, *force.T], strict=True)))

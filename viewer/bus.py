@@ -1,27 +1,20 @@
-"""The learner's bus as the viewer hears it: everything in one bounded queue, and questions for what was missed.
-
-The callbacks only put what came into the queue, in Zenoh's own thread: with a thread for each subscriber, as its Python
-binding has it else, an iteration overtakes the model that was published before it. A viewer that hangs loses
-measurements for its plots and nothing else; iterations that it missed are asked for again.
-"""
+"""The learner's bus as viewer and page hear it: what the learner knows is asked for, streams are subscribed to."""
 
 from __future__ import annotations
 
 import logging
-import threading
 import time
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import zenoh
 from zenoh.handlers import Callback
 
 from incsvr.errors import BadInput
+from service.bus.session import answer
 from service.wire import (
     EffectsLedger,
-    Form,
     FormType,
     Health,
     IterationHistory,
@@ -34,78 +27,30 @@ from service.wire import (
 
 log = logging.getLogger(__name__)
 
-MAX_QUEUE_MESSAGES = 100_000  # messages in the queue at most; beyond, the oldest go
-ITERATIONS_A_QUESTION = 100  # iterations asked for at a time
-ANSWER_TIMEOUT_S = 5.0
-MAX_MODELS = 50  # models that came by themselves: nobody has to be asked for them
 
+class Questions:
+    """What one learner answers, None where it does not; it answers within a hundredth of a second while it trains.
 
-@dataclass(frozen=True, slots=True)
-class Message:
-    """What came in: a form, the stream's name where it is a measurement, and when [s since 1970]."""
-
-    form: Form
-    stream: str
-    seen: float
-
-
-@dataclass(frozen=True, slots=True)
-class Presence:
-    """The learner came or went."""
-
-    here: bool
-
-
-class Bus:
-    """Everything that one learner says, from when this is made until `close`."""
+    Each raises BadInput where what answers is no learner of this version.
+    """
 
     def __init__(self, session: zenoh.Session, keys: Keys) -> None:
         self._session, self._keys = session, keys
-        self._forms: dict[str, type[Form]] = {
-            keys.model: ModelSnapshot,
-            keys.iteration: IterationReport,
-            keys.health: Health,
-            keys.effects: EffectsLedger,
-            keys.rate: Measurement,
-            keys.torque: Measurement,
-            keys.any_channel: Measurement,
-        }
-        self._queue: deque[tuple[str, bytes, float] | Presence] = deque(maxlen=MAX_QUEUE_MESSAGES)
-        self._filled = threading.Event()
-        self._models: dict[tuple[str, int], ModelSnapshot] = {}
-        self._declared: list[Any] = [
-            session.declare_subscriber(key, Callback(self._put, indirect=False)) for key in self._forms
-        ]
-        self._declared.append(
-            session.liveliness().declare_subscriber(keys.alive, Callback(self._presence, indirect=False), history=True)
-        )
 
-    def close(self) -> None:
-        for declared in self._declared:
-            declared.undeclare()
+    def health(self) -> Health | None:
+        return self._ask(self._keys.health, Health)
 
-    def wake(self) -> None:
-        """Ends a `wait`."""
-        self._filled.set()
+    def ledger(self) -> EffectsLedger | None:
+        return self._ask(self._keys.effects, EffectsLedger)
 
-    def wait(self, seconds: float) -> Iterator[Message | Presence]:
-        """What has come, at once where something has, else after at most this time [s]."""
-        self._filled.wait(seconds)
-        self._filled.clear()
-        for _ in range(len(self._queue)):
-            item = self._queue.popleft()
-            if isinstance(item, Presence):
-                yield item
-            elif (message := self._decoded(*item)) is not None:
-                if isinstance(message.form, ModelSnapshot):
-                    self._keep(message.form)
-                else:
-                    yield message
+    def model(self, revision: int | None = None) -> ModelSnapshot | None:
+        """The model of a revision, or the latest; None, too, where the learner no longer has it."""
+        return self._ask(self._keys.model + ("" if revision is None else f"?revision={revision}"), ModelSnapshot)
 
-    def reports(self, after: int) -> Iterator[IterationReport]:
+    def reports(self, after: int, at_a_time: int = 100) -> Iterator[IterationReport]:
         """The iterations that the learner still has, with a revision above `after`, in their order."""
         while True:
-            history = self._ask(self._keys.iteration, f"after={after};limit={ITERATIONS_A_QUESTION}", IterationHistory)
+            history = self._ask(f"{self._keys.iteration}?after={after};limit={at_a_time}", IterationHistory)
             if history is None or not history.iterations:
                 return
             yield from history.iterations
@@ -113,49 +58,38 @@ class Bus:
             if after >= history.latest_revision:
                 return
 
-    def model(self, report: IterationReport) -> ModelSnapshot | None:
-        """The model that an iteration made, as it came or as the learner still has it; None where neither is."""
-        kept = self._models.get((report.boot, report.revision))
-        return kept or self._ask(self._keys.model, f"revision={report.revision}", ModelSnapshot)
+    def _ask(self, selector: str, form: type[FormType]) -> FormType | None:
+        return answer(self._session, selector, form)
 
-    def health(self) -> Health | None:
-        return self._ask(self._keys.health, "", Health)
 
-    def ledger(self) -> EffectsLedger | None:
-        return self._ask(self._keys.effects, "", EffectsLedger)
+class Streams:
+    """Rate, torque and channels from when this is made, in a bounded queue; beyond it the oldest messages go.
 
-    def _ask(self, key: str, parameters: str, form: type[FormType]) -> FormType | None:
-        selector = f"{key}?{parameters}" if parameters else key
-        for reply in self._session.get(selector, timeout=ANSWER_TIMEOUT_S):
+    The callbacks only put what came into the queue, in Zenoh's own thread: a viewer that hangs loses measurements for
+    its plots, and slows nobody.
+    """
+
+    def __init__(self, session: zenoh.Session, keys: Keys, max_messages: int = 100_000) -> None:
+        self._rate = keys.rate
+        self._queue: deque[tuple[str, bytes, float]] = deque(maxlen=max_messages)
+        self._declared: list[Any] = [
+            session.declare_subscriber(key, Callback(self._put, indirect=False))
+            for key in (keys.rate, keys.torque, keys.any_channel)
+        ]
+
+    def take(self) -> Iterator[tuple[str, Measurement, float]]:
+        """What has come: the stream's name, its values, and when they came [s since 1970]."""
+        for _ in range(len(self._queue)):
+            key, payload, seen = self._queue.popleft()
             try:
-                if reply.ok is not None:
-                    return decode(form, reply.ok.payload.to_bytes())
-                if reply.err is not None:
-                    log.debug("%s: %s", selector, reply.err.payload.to_string())
+                yield "yaw_rate" if key == self._rate else key.rpartition("/")[2], decode(Measurement, payload), seen
             except BadInput as error:
-                log.warning("%s: %s", selector, error)
-        return None
+                # The learner refuses it too, counts it and says so in its health.
+                log.debug("%s: %s", key, error)
 
-    def _keep(self, snapshot: ModelSnapshot) -> None:
-        """A model: it comes before the iteration that made it, which asks for it."""
-        self._models[snapshot.boot, snapshot.revision] = snapshot
-        if len(self._models) > MAX_MODELS:
-            del self._models[next(iter(self._models))]
+    def close(self) -> None:
+        for declared in self._declared:
+            declared.undeclare()
 
     def _put(self, sample: zenoh.Sample) -> None:
         self._queue.append((str(sample.key_expr), sample.payload.to_bytes(), time.time()))
-        self._filled.set()
-
-    def _presence(self, sample: zenoh.Sample) -> None:
-        self._queue.append(Presence(sample.kind == zenoh.SampleKind.PUT))
-        self._filled.set()
-
-    def _decoded(self, key: str, payload: bytes, seen: float) -> Message | None:
-        form: type[Any] = self._forms.get(key, Measurement)
-        stream = "yaw_rate" if key == self._keys.rate else key.rpartition("/")[2]
-        try:
-            return Message(decode(form, payload), stream, seen)
-        except BadInput as error:
-            # The learner refuses it too, counts it and says so in its health.
-            log.debug("%s: %s", key, error)
-            return None

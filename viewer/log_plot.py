@@ -11,8 +11,8 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 
 from incsvr.numerics import Array
+from viewer.drawing import MEASURED, PARTS, STYLE
 from viewer.pauses import Pauses
-from viewer.report.drawing import MEASURED, PARTS, STYLE
 
 Stream = tuple[Array, Array]
 Spans = Sequence[tuple[float, float]]

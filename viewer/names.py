@@ -1,14 +1,12 @@
-"""What people call effects, their parameters, streams and channels, with units."""
+"""What people call effects, channels and instants, with units."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from datetime import datetime
 from typing import Any
 
-from incsvr.plant.words import YAW_WORDS, AxisWords
-from incsvr.tracing.sentences import LABELS
 from service.inputs.units import si_unit
-from viewer.frame import clock_text
 
 
 def words(key: str) -> str:
@@ -17,44 +15,33 @@ def words(key: str) -> str:
     return f"{text[:1].upper()}{text[1:]}"
 
 
+def clock_text(seconds: float) -> str:
+    """The vehicle's time in words: seconds since its start, or the date where it counts from 1970."""
+    if seconds > 1e8:
+        return datetime.fromtimestamp(seconds).strftime("%Y-%m-%d %H:%M:%S")
+    return f"{seconds:.1f} s"
+
+
 def effect(name: str) -> str:
     """An effect in words: `coupling:thruster_3_speed` is Coupling to thruster 3 speed."""
     kind, _, channel = name.partition(":")
     return words(kind) + (f" {'by' if kind == 'modulation' else 'to'} {channel.replace('_', ' ')}" if channel else "")
 
 
-def channel(name: str, unit: str = "") -> str:
-    """A channel in words with its unit, or that of its name where it is a known one: `depth` is Depth [m]."""
-    unit = unit or si_unit(name)
+def channel(name: str) -> str:
+    """A channel in words with the unit of its name where it is a known one: `depth` is Depth [m]."""
+    unit = si_unit(name)
     return words(name) + (f" [{unit}]" if unit else "")
 
 
-def parameter(name: str, value: float, interval: Any = None, axis: AxisWords = YAW_WORDS) -> str:
-    """A parameter with its value, interval and unit: time constant 0.71 s (0.66 to 0.76)."""
-    label, unit = _label(name, axis)
-    shown = f"{label} {value:.3g} {unit}".rstrip() if isinstance(value, float | int) else f"{label} {value}"
-    return shown + (f" ({interval[0]:.3g} to {interval[1]:.3g})" if interval and interval[0] < interval[1] else "")
-
-
-def found_title(name: str, state: str, parameter: str, axis: AxisWords) -> str:
-    """The title of a found effect's parameter: Torque lag, proven: time constant [s]."""
-    label, unit = _label(parameter, axis)
-    return f"{effect(name)}, {state}: {label}" + (f" [{unit}]" if unit else "")
-
-
-def _label(parameter: str, axis: AxisWords) -> tuple[str, str]:
-    """What a parameter is called, and its unit."""
-    if parameter not in LABELS:
-        return parameter.replace("_", " "), ""
-    label, unit = LABELS[parameter]
-    return axis.fill(label), axis.fill(unit)
+def about(found: Mapping[str, Any]) -> str:
+    """The sentence about an effect that was found, which has its values and intervals, without its name."""
+    return str(found.get("sentence") or "").removeprefix(f"{found.get('effect')}: ")
 
 
 def finding(found: Mapping[str, Any]) -> str:
     """An effect that was found: its name in words, and the sentence about it."""
-    name = str(found.get("effect"))
-    about = str(found.get("sentence") or "").removeprefix(f"{name}: ")
-    return f"{effect(name)}: {about}" if about else effect(name)
+    return ": ".join(filter(None, (effect(str(found.get("effect"))), about(found))))
 
 
 def step(entry: Mapping[str, Any]) -> str:

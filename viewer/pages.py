@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import rerun as rr
 import rerun.blueprint as rrb
@@ -10,51 +10,42 @@ import rerun.blueprint as rrb
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
 from service.wire import SETS
-from viewer import axes, learning
+from viewer import learning, palette, xy_plot
 from viewer.compare import SHOWN
 from viewer.frame import VEHICLE_TIME
 from viewer.names import channel
-from viewer.palette import Palette
-from viewer.signals import CHANNELS, HINT
 
 PAGES = ("Learning", "Before and after", "Signals", "Error", "Effects", "Health", "Channels")
 """In the order of their tabs; the last one where further channels have come."""
-COLUMNS = 2
-"""Plots of further channels beside each other."""
-WINDOW_S = 180.0
-"""Length of the signals in sight [s]."""
-MARGIN_S = 40.0
-"""Room beside the signals, where the legend stands [s]."""
-NOTHING_FOUND: Mapping[str, str] = {}
-MAX_FOUND_PLOTS = 4
-"""Parameters of found effects that are drawn one above the other."""
+CHANNELS = "signals/channel"
+"""Where further channels are logged."""
 _END = rr.TimeRangeBoundary.infinite()
 PLAYBACK_SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 
-def blueprint(
-    palette: Palette,
-    *,
-    channels: Sequence[str] = (),
-    found: Mapping[str, str] = NOTHING_FOUND,
-    axis: Axis = YAW,
-) -> rrb.Blueprint:
+def blueprint(*, channels: Sequence[str] = (), axis: Axis = YAW) -> rrb.Blueprint:
     """All pages as tabs, following the vehicle's time: on it every page has something to show.
 
-    Where further channels have come, they have a page, too. What is found while no effect is in force (`found`:
-    entity → title) is drawn in place of the parts. Names are those of the axis.
+    Where further channels have come, they have a page, too. Names are those of the axis.
     """
     words = words_of(axis)
+    unit = words.effort_unit
+    residuals = [
+        _plot("signals/damping", f"Damping {words.moment} [{unit}]"),
+        _plot("signals/residual", f"Residual [{unit}]"),
+        _plot("signals/rejected", "Rejected samples, since start"),
+    ]
     pages: list[rrb.Container] = [
-        _learning(palette, words),
-        _compare(palette, words),
-        _signals(words),
+        _learning(words),
+        _compare(words),
+        rrb.Vertical(*_streams(words), *residuals, row_shares=[1, 1, 1, 1, 0.8], name="Signals"),
         rrb.Horizontal(_error(words), name="Error"),
-        _effects(words, found),
+        _effects(words),
         _health(words),
     ]
     if channels:
-        pages.append(_channels(channels))
+        plots = [_plot(f"{CHANNELS}/{name}", channel(name)) for name in channels]
+        pages.append(rrb.Grid(*plots, grid_columns=min(2, len(plots)), name="Channels"))
     return rrb.Blueprint(
         rrb.Tabs(*pages, active_tab=0),
         rrb.TopPanel(state="hidden"),
@@ -66,23 +57,23 @@ def blueprint(
     )
 
 
-def _axes_view(name: str, contents: Sequence[str], path: str, palette: Palette) -> rrb.Spatial2DView:
+def _axes_view(words: AxisWords, contents: Sequence[str], path: str) -> rrb.Spatial2DView:
     """An XY plot: the whole axes in sight, their picture out of the pointer's way."""
     return rrb.Spatial2DView(
         origin="/",
         contents=[f"+ /{each}" for each in (path, *contents)],
-        name=name,
-        background=palette.background,
-        visual_bounds=rrb.VisualBounds2D(x_range=[0, axes.WIDTH], y_range=[0, axes.HEIGHT]),
+        name=f"Damping over {words.rate}",
+        background=palette.BACKGROUND,
+        visual_bounds=rrb.VisualBounds2D(x_range=[0, xy_plot.WIDTH], y_range=[0, xy_plot.HEIGHT]),
         overrides={path: rrb.EntityBehavior(interactive=False)},
     )
 
 
-def _learning(palette: Palette, words: AxisWords) -> rrb.Horizontal:
+def _learning(words: AxisWords) -> rrb.Horizontal:
     sets = [f"learning/{name}" for name in (*SETS, *learning.CURVES)]
     tables = [_text("learning/table", "This iteration"), _text("learning/samples", "Its samples")]
     return rrb.Horizontal(
-        _axes_view(f"Damping over {words.rate}", sets, "learning/axes", palette),
+        _axes_view(words, sets, "learning/axes"),
         rrb.Vertical(
             rrb.Horizontal(*tables, column_shares=[1.35, 1.0]),
             *_streams(words),
@@ -94,34 +85,21 @@ def _learning(palette: Palette, words: AxisWords) -> rrb.Horizontal:
     )
 
 
-def _compare(palette: Palette, words: AxisWords) -> rrb.Horizontal:
-    curves = _axes_view(f"Damping over {words.rate}", SHOWN, "learning/compare_axes", palette)
+def _compare(words: AxisWords) -> rrb.Horizontal:
+    curves = _axes_view(words, SHOWN, "learning/compare_axes")
     compared = _text("learning/compared", "Compared")
     return rrb.Horizontal(curves, compared, column_shares=[1.55, 1.0], name="Before and after")
 
 
 def _plot(path: str, name: str, whole: bool = False) -> rrb.TimeSeriesView:
-    """What stands below an entity over the chosen clock: the last minutes, or the whole."""
-    ends = (-WINDOW_S, MARGIN_S)
-    window = [_END, _END] if whole else [rr.TimeRangeBoundary.cursor_relative(seconds=end) for end in ends]
+    """What stands below an entity over the chosen clock: the last three minutes beside the legend, or the whole."""
+    window = [_END, _END] if whole else [rr.TimeRangeBoundary.cursor_relative(seconds=end) for end in (-180.0, 40.0)]
     axis = rrb.TimeAxis(view_range=rr.TimeRange(start=window[0], end=window[1]))
     return rrb.TimeSeriesView(origin=path, name=name, axis_x=axis, plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop))
 
 
 def _text(path: str, name: str) -> rrb.TextDocumentView:
     return rrb.TextDocumentView(origin=path, name=name)
-
-
-def _signals(words: AxisWords) -> rrb.Vertical:
-    return rrb.Vertical(
-        _text(HINT, "Signals"),
-        *_streams(words),
-        _plot("signals/damping", f"Damping {words.moment} [{words.effort_unit}]"),
-        _plot("signals/residual", f"Residual [{words.effort_unit}]"),
-        _plot("signals/rejected", "Rejected samples, since start"),
-        row_shares=[0.3, 1, 1, 1, 1, 0.8],
-        name="Signals",
-    )
 
 
 def _streams(words: AxisWords) -> list[rrb.TimeSeriesView]:
@@ -135,18 +113,12 @@ def _error(words: AxisWords) -> rrb.TimeSeriesView:
     return _plot("error", f"Mean absolute error [{words.effort_unit}]", whole=True)
 
 
-def _channels(names: Sequence[str]) -> rrb.Grid:
-    plots = [_plot(f"{CHANNELS}/{name}", channel(name)) for name in names]
-    return rrb.Grid(*plots, grid_columns=min(COLUMNS, len(plots)), name="Channels")
-
-
-def _effects(words: AxisWords, found: Mapping[str, str]) -> rrb.Horizontal:
-    plots = list(found.items())[:MAX_FOUND_PLOTS] or [
-        ("effects/torque", f"{words.effort_title}, with the effects [{words.effort_unit}]"),
-        ("effects/parts", f"What each part takes of the predicted {words.effort} [{words.effort_unit}]"),
-    ]
-    ledger, drawn = _text("effects/ledger", "Traced effects"), rrb.Vertical(*(_plot(*each) for each in plots))
-    return rrb.Horizontal(ledger, drawn, column_shares=[1.0, 1.8], name="Effects")
+def _effects(words: AxisWords) -> rrb.Horizontal:
+    plots = rrb.Vertical(
+        _plot("effects/torque", f"{words.effort_title}, with the effects [{words.effort_unit}]"),
+        _plot("effects/parts", f"What each part takes of the predicted {words.effort} [{words.effort_unit}]"),
+    )
+    return rrb.Horizontal(_text("effects/ledger", "Traced effects"), plots, column_shares=[1.0, 1.8], name="Effects")
 
 
 def _health(words: AxisWords) -> rrb.Horizontal:

@@ -4,25 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
+from matplotlib import pyplot, ticker
 
-from incsvr.errors import BadInput
 from incsvr.forecasting.over_recordings import FitPictures
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.tracing.findings import Trace
 from incsvr.vehicle import Comparison, Identified
-from service.cli.extras import how_to_install
-
-try:
-    from matplotlib import pyplot, ticker
-except ModuleNotFoundError as missing:
-    raise BadInput(f"plots need matplotlib, which is not installed: {how_to_install('matplotlib')}") from missing
-
+from viewer.charts import draw_damping, free_run
+from viewer.drawing import MEASURED, STYLE, longest, over_time, rate_label
 from viewer.log_plot import of_log
-from viewer.report.charts import draw_damping, draw_free_run
 from viewer.report.dives_page import draw as draw_dives
-from viewer.report.drawing import MEASURED, STYLE
 from viewer.report.fit_page import learned_curve
 
 __all__ = ["of_comparison", "of_fit", "of_log", "of_trace", "of_vehicle"]
@@ -41,8 +33,9 @@ def of_trace(trace: Trace, axis: Axis = YAW) -> Any:
     after = trace.pictures.after
     with pyplot.rc_context(STYLE):
         figure = pyplot.figure(figsize=(8.0, 3.5), layout="constrained")
-        longest = int(np.argmax([time.size for time in after.time]))
-        draw_free_run(figure, trace.pictures.before, after, longest, trace.model.scale, axis)
+        (k,) = longest(after.time, 1)
+        lines = free_run(trace.pictures.before, after, k, trace.model.scale)
+        over_time(figure, lines, rate_label(axis))
     return figure
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import secrets
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from rerun.components import MarkerShape, Radius
+from rerun.components import MarkerShape
 
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
@@ -23,6 +24,23 @@ log = logging.getLogger(__name__)
 
 LIVE_MEMORY = "256MiB"  # of the past that a viewer which comes late is given; what is older is forgotten
 FLUSH_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How a series is drawn over time.
+
+    Attributes:
+        title: of the legend.
+        colour: None takes the next one beside its neighbours'.
+        size: the width of a line, the radius of a mark [points].
+        mark: None is a line, which ends at its pauses.
+    """
+
+    title: str
+    colour: Colour | None = None
+    size: float = 1.6
+    mark: MarkerShape | None = None
 
 
 class Recorder:
@@ -40,8 +58,9 @@ class Recorder:
         self._file: rr.RecordingStream | None = None
         self._live: rr.RecordingStream | None = None
         self._stuck: rr.RecordingStream | None = None
-        self._lines: dict[str, Pauses] = {}
-        recording = _new_recording()
+        self._series: dict[str, Pauses | None] = {}  # where a line ends; None is of marks
+        # Later recordings sort after earlier ones.
+        recording = f"{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(3)}"
         if port is not None:
             sink = rr.GrpcServerSink("127.0.0.1", port, server_memory_limit=LIVE_MEMORY)
             self._live = _stream(recording, sink, blueprint)
@@ -52,43 +71,28 @@ class Recorder:
     def _streams(self) -> list[rr.RecordingStream]:
         return [stream for stream in (self._file, self._live) if stream is not None]
 
-    def log(self, path: str, *parts: Any, static: bool = False) -> None:
-        for stream in self._streams:
-            stream.log(path, *parts, static=static)
-
     @property
     def words(self) -> AxisWords:
         """What texts and labels call the quantities of the axis."""
         return words_of(self.axis)
 
+    def log(self, path: str, *parts: Any, static: bool = False) -> None:
+        for stream in self._streams:
+            stream.log(path, *parts, static=static)
+
     def write(self, path: str, markdown: str) -> None:
         """A text."""
         self.log(path, rr.TextDocument(markdown, media_type="text/markdown"))
 
-    # How what comes later is drawn: series of scalars as lines or dots; strips and points on axes, a later order above.
+    def scalar(self, path: str, look: Look, value: float) -> None:
+        """One value of a series, at the clocks that are set."""
+        self._style(path, look)
+        self.log(path, rr.Scalars(value))
 
-    def line(self, path: str, name: str, colour: Colour | None = None, width: float = 1.6) -> None:
-        """A series as a line that ends at its pauses; without a colour the next one beside its neighbours'."""
-        if path not in self._lines:
-            number = sum(each.rpartition("/")[0] == path.rpartition("/")[0] for each in self._lines)
-            colour = colour or SERIES[number % len(SERIES)]
-            self.log(path, rr.SeriesLines(colors=colour, names=name, widths=width), static=True)
-            self._lines[path] = Pauses()
-
-    def dots(self, path: str, colour: Colour, name: str, marker: MarkerShape, size: float) -> None:
-        self.log(path, rr.SeriesPoints(colors=colour, names=name, markers=marker, marker_sizes=size), static=True)
-
-    def strip(self, path: str, colour: Colour, radius: float, order: float) -> None:
-        style = rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(radius), draw_order=order)
-        self.log(path, style, static=True)
-
-    def points(self, path: str, colour: Any, radius: float, order: float) -> None:
-        style = rr.Points2D.from_fields(colors=colour, radii=Radius.ui_points(radius), draw_order=order)
-        self.log(path, style, static=True)
-
-    def series(self, path: str, time: Floats, values: Floats, seen: Floats | None = None) -> None:
+    def series(self, path: str, look: Look, time: Floats, values: Floats, seen: Floats | None = None) -> None:
         """Values (n,) of a series, each at its vehicle's time [s], come in at `seen` [s since 1970]."""
-        at, drawn = self._lines[path].broken(time, values) if path in self._lines else (time, values)
+        pauses = self._style(path, look)
+        at, drawn = (time, values) if pauses is None else pauses.broken(time, values)
         clocks = [rr.TimeColumn(VEHICLE_TIME, duration=at)]
         if seen is not None:
             # A point that ends a line came in with the one after it.
@@ -96,6 +100,19 @@ class Recorder:
             clocks.append(rr.TimeColumn(WALL_TIME, timestamp=seen))
         for stream in self._streams:
             stream.send_columns(path, clocks, rr.Scalars.columns(scalars=drawn))
+
+    def _style(self, path: str, look: Look) -> Pauses | None:
+        """Says how a series looks before its first value; where its line ends."""
+        if path not in self._series:
+            number = sum(each.rpartition("/")[0] == path.rpartition("/")[0] for each in self._series)
+            colour = look.colour or SERIES[number % len(SERIES)]
+            if look.mark is None:
+                style: Any = rr.SeriesLines(colors=colour, names=look.title, widths=look.size)
+            else:
+                style = rr.SeriesPoints(colors=colour, names=look.title, markers=look.mark, marker_sizes=look.size)
+            self.log(path, style, static=True)
+            self._series[path] = Pauses() if look.mark is None else None
+        return self._series[path]
 
     def lay_out(self, blueprint: rrb.Blueprint) -> None:
         """Lays the pages out anew, here and whenever the recording is opened."""
@@ -133,11 +150,6 @@ class Recorder:
         for stream in self._streams:
             stream.disconnect()
         self._file = self._live = None
-
-
-def _new_recording() -> str:
-    """A name for a recording; later ones sort after earlier ones."""
-    return f"{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(3)}"
 
 
 def _stream(recording: str, sink: Any, blueprint: rrb.Blueprint) -> rr.RecordingStream:

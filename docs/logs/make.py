@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.plant.axes import YAW
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.recordings.recording_csv import write
 from simulator.leng_at_sea import REVERSE_EFFICIENCY
 from simulator.mission import Mission
@@ -34,7 +34,7 @@ def log(name: str) -> Recording:
     )
     found = play(mission).recording
     columns = {each: np.round(found.columns[each], DIGITS) for each in (YAW.rate, YAW.effort)}
-    return Recording(name, found.time, columns)
+    return from_table(name, found.time, columns)
 
 
 def main() -> None:

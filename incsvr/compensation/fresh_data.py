@@ -18,11 +18,9 @@ from incsvr.model.identification import plain_fit, structure_of
 from incsvr.model.series import effort_of
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams
-from incsvr.plant.axes import YAW
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.proof import EFFECTS, OUTPUT_ERROR, PLAIN, compared, held
-from incsvr.tracing.recordings import Recordings, recordings_of
-from incsvr.tracing.run import Run
+from incsvr.tracing.recordings import Recordings, of_streams
 from incsvr.tracing.unseen import judge
 
 MIN_SAMPLES_BEFORE = 100
@@ -73,16 +71,6 @@ def compare_on_fresh_data(
     return Proof(error, closed, changes.all_better(closed, itself), turned)
 
 
-def as_run(streams: Streams, axis: str = YAW.rate) -> Run:
-    """Streams as the tracer takes them: one column each on the instants of all, NaN where a stream has no value."""
-    time = np.unique(np.concatenate([t for t, _ in streams.values()]))
-    columns = {}
-    for name, (t, values) in streams.items():
-        columns[name] = np.full(time.size, np.nan)
-        columns[name][np.searchsorted(time, t)] = values
-    return Run("the recent data", time, columns.pop(YAW_RATE), columns.pop(TORQUE), columns, axis)
-
-
 def _parts(streams: Streams, fresh: float) -> tuple[Streams, Streams]:
     """The streams before and from `fresh` [s] on."""
     early, late = dict[str, tuple[Array, Array]](), dict[str, tuple[Array, Array]]()
@@ -107,9 +95,9 @@ def _recordings(streams: Streams, compensations: list[Compensation]) -> Recordin
         )
     if any(streams[stream][0].size < 2 for stream in names.values()):
         raise BadInput("a channel that the effects read is missing from the fresh data")
-    whole = {YAW_RATE: streams[YAW_RATE], TORQUE: streams[TORQUE]}
-    run = as_run(whole | {name: streams[stream] for name, stream in names.items()}, compensations[0].model.axis)
-    return recordings_of([run], list(names))
+    axis = compensations[0].model.axis
+    own = {axis: streams[YAW_RATE], effort_of(axis): streams[TORQUE]}
+    return of_streams(axis, [own | {name: streams[stream] for name, stream in names.items()}], list(names))
 
 
 def _with(base: Fit, recordings: Recordings, effects: Compensation) -> Fit:

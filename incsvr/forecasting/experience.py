@@ -17,18 +17,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.forecasting.free_runs import free_runs
+from incsvr.compensation.effects_in_force import Compensation
 from incsvr.forecasting.grid import Grid
+from incsvr.forecasting.propagation import free_runs
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
-
-if TYPE_CHECKING:
-    from incsvr.compensation.effects_in_force import Compensation
 
 HORIZONS_S = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0)
 """Times ahead at which errors are kept [s]."""
@@ -165,19 +163,13 @@ class Experience:
         lengths = [round(horizon / step) for horizon in HORIZONS_S]
         ends_from = int(np.searchsorted(time, self.until, side="right"))
         starts = [_starts(time.size, length, ends_from) for length in lengths]
-        ahead = None
-        if effects is not None:
-            # Loaded where it is needed alone: it brings the catalogue of effects with it.
-            from incsvr.forecasting.effects_ahead import EffectsAhead
-
-            ahead = EffectsAhead(effects, grid)
         for model, own in self._by_model(time):
             mine = np.unique(np.concatenate([each[own[each]] for each in starts]))
             if not mine.size:
                 continue
             longest = max(length for length, each in zip(lengths, starts, strict=True) if own[each].any())
-            rows = np.minimum(mine + np.arange(longest + 1)[:, None], time.size - 1)
-            runs = free_runs(model, inertia, self.fastest, grid, rows, measured[mine], self.start_sigma, ahead)
+            start = measured[mine], self.start_sigma
+            runs = free_runs(model, inertia, self.fastest, grid, mine, longest, *start, effects)
             for which, (length, each) in enumerate(zip(lengths, starts, strict=True)):
                 column = np.searchsorted(mine, each[own[each]])
                 if column.size:

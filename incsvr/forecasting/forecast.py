@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.compensation.effects_in_force import Compensation
 from incsvr.errors import BadInput
 from incsvr.forecasting.experience import NORMAL_95_DEVIATIONS, Experience
-from incsvr.forecasting.free_runs import free_runs
 from incsvr.forecasting.grid import Grid
 from incsvr.forecasting.other_influences import OtherInfluences
+from incsvr.forecasting.propagation import free_runs
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, Streams
 from incsvr.plant.body import Coupled
-
-if TYPE_CHECKING:
-    from incsvr.compensation.effects_in_force import Compensation
 
 MAX_FORECAST_S = 3600.0
 """Longest forecast [s]."""
@@ -127,14 +124,10 @@ def forecast(
     grid = Grid(even, step, np.full(even.size, start.rate), moment, sample_period)
     if surroundings is not None:
         grid = surroundings.ahead(even, moment, start)
-        if surroundings.effects is not None:
-            # Loaded where it is needed alone: it brings the catalogue of effects with it.
-            from incsvr.forecasting.effects_ahead import EffectsAhead
-
-            effects = EffectsAhead(surroundings.effects, grid)
-    rows = np.arange(grid.time.size - even.size, grid.time.size)[:, None]
+        effects = surroundings.effects
+    first, rate = np.array([grid.time.size - even.size]), np.array([start.rate])
     fastest = max(experience.fastest, abs(start.rate))
-    runs = free_runs(model, inertia, fastest, grid, rows, np.array([start.rate]), experience.start_sigma, effects)
+    runs = free_runs(model, inertia, fastest, grid, first, count, rate, experience.start_sigma, effects)
     rate, turned, rate_sigma, turned_sigma = (
         np.interp(at, even, values[:, 0]) for values in (runs.rate, runs.heading, runs.rate_sigma, runs.heading_sigma)
     )

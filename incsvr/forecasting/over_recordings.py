@@ -11,7 +11,10 @@ from math import ceil
 
 import numpy as np
 
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.forecasting.learned_motion import LearnedDamping, simulated
 from incsvr.learning.model import Model
+from incsvr.model.series import effort_of, together, without_pauses
 from incsvr.numerics import Array, Streams, root_mean_square
 from incsvr.plant.body import Coupled
 from incsvr.signals import TORQUE, YAW_RATE
@@ -101,17 +104,12 @@ class FitPictures:
 
 def motions(streams: Streams, gap: float) -> list[Motion]:
     """The stretches of a recording in which neither stream pauses for longer than `gap` [s]."""
-    (rate_time, rate), (torque_time, torque) = streams[YAW_RATE], streams[TORQUE]
-    found = []
-    for begin, end in _stretches(rate_time, gap):
-        for torque_begin, torque_end in _stretches(torque_time, gap):
-            start = begin if torque_begin <= begin + gap else torque_begin
-            stop = min(end, torque_end)
-            rates = (rate_time >= start) & (rate_time <= stop)
-            torques = (torque_time >= torque_begin) & (torque_time <= torque_end)
-            if stop - start >= MIN_MOTION_S and rates.any():
-                found.append(Motion(torque_time[torques], torque[torques], rate_time[rates], rate[rates]))
-    return found
+    both = {name: streams[name] for name in (TORQUE, YAW_RATE)}
+    if any(time.size < 2 for time, _ in both.values()):
+        return []
+    parts = (together(part) for part in without_pauses(both, tuple(both), 0.0, gap))
+    found = [Motion(*part[TORQUE], *part[YAW_RATE]) for part in parts]
+    return [motion for motion in found if motion.rate_time.size and np.ptp(motion.rate_time) >= MIN_MOTION_S]
 
 
 def free_runs(pieces: Sequence[tuple[Motion, Streams]], inertia: float, model: Model) -> list[FreeRun]:
@@ -121,6 +119,33 @@ def free_runs(pieces: Sequence[tuple[Motion, Streams]], inertia: float, model: M
         curve = tabulated(lambda rates: model.predict(rates).damping, 2.0 * max(fastest, 1e-3))
         return [_free_run(motion, inertia, curve) for motion, _ in pieces]
     return [_free_run(motion, inertia, _beside(model, streams)) for motion, streams in pieces]
+
+
+def traced_free_runs(
+    pieces: Sequence[tuple[Motion, Streams]],
+    damping: Callable[[Array], Array],
+    effects: Compensation,
+    steps: float = 40.0,  # in the vehicle's time scale
+) -> list[FreeRun]:
+    """The free run of each motion under a learned curve and traced effects, on the engine.
+
+    Args:
+        damping: d(r), (n,) rad/s → (n,) N m.
+        effects: those that the curve was freed of; the streams of a recording hold what they read.
+    """
+    model, found = effects.model, list[FreeRun]()
+    fastest = max((float(np.abs(motion.yaw_rate).max()) for motion, _ in pieces), default=0.0)
+    curve, step = LearnedDamping.curve(damping, max(fastest, 1e-3)), model.scale / steps
+    for motion, streams in pieces:
+        time, rate = motion.rate_time, motion.yaw_rate
+        edges = time[0] + step * np.arange(max(ceil((time[-1] - time[0]) / step - 1e-9), 1) + 1)
+        run = {name: streams[stream] for name, stream in effects.streams.items()}
+        run |= {model.axis: (edges, np.interp(edges, time, rate))}
+        run[effort_of(model.axis)] = motion.torque_time, motion.torque
+        first = np.zeros(1, dtype=np.intp)
+        course = simulated(curve, model.inertia, run, step, first, edges.size - 1, rate[:1], model)
+        found.append(FreeRun(time, rate, np.interp(time, edges, course.states[:, 0, 0])))
+    return found
 
 
 def rmse(runs: Sequence[FreeRun]) -> float | None:
@@ -215,12 +240,3 @@ def _free_run(motion: Motion, inertia: float, damping: Damping) -> FreeRun:
     linear = None if motion.linear is None else np.interp(time, motion.torque_time, motion.linear)
     simulated = free_run(time, torque, float(motion.yaw_rate[0]), inertia=inertia, damping=damping, linear=linear)
     return FreeRun(motion.rate_time, motion.yaw_rate, np.interp(motion.rate_time, time, simulated))
-
-
-def _stretches(time: Array, gap: float) -> list[tuple[float, float]]:
-    """First and last stamp of each stretch without a longer pause."""
-    if time.size == 0:
-        return []
-    breaks = np.flatnonzero(np.diff(time) > gap)
-    begins, ends = np.concatenate(([0], breaks + 1)), np.concatenate((breaks, [time.size - 1]))
-    return [(float(time[first]), float(time[last])) for first, last in zip(begins, ends, strict=True)]

@@ -1,31 +1,32 @@
-"""Free runs side by side with what makes them uncertain: the water, and the doubt of the curve itself.
+"""Free runs of a served model side by side, with what makes them uncertain: the water, and the doubt of the curve.
 
-    I ṙ = τ − d(r) + w,  ψ̇ = r,  w a first-order Gauss–Markov process
+    I ṙ = τ − d(r) − Σ effects + w,  ψ̇ = r,  w a first-order Gauss–Markov process
 
-Where damping goes by other velocities, too, these are given along the runs; traced effects stand between τ and what
-drives (`incsvr.forecasting.effects_ahead`).
+The engine simulates the mean. The covariance follows the slopes along it, as in the engine's tangent.
 
-The mean follows an exponential (Rosenbrock–Euler) step, which is stable for any step and exact where d is a line. The
-covariance of (r, ψ, w) follows the same linearisation. The doubt of the curve is no noise: it is off to one side for
-long, so that it is carried as a sensitivity and its square added.
-
-Source: M. Hochbruck, A. Ostermann, Exponential integrators, Acta Numerica 19, 2010, eq. (1.6); A. Gelb (ed.), Applied
-Optimal Estimation, 1974, ch. 3.8 (shaping filters).
+Source: A. Gelb (ed.), Applied Optimal Estimation, 1974, ch. 3.8 (shaping filters).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from incsvr.forecasting.damping_tables import Curve, CurveAmongOthers
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.forecasting.grid import Grid
+from incsvr.forecasting.learned_motion import LINEAR, OUTSIDE, LearnedDamping, simulated
+from incsvr.learning.model import Model
+from incsvr.model.factors import Indices, one_by_one, slopes
+from incsvr.model.series import effort_of
+from incsvr.model.simulation import Course
 from incsvr.numerics import Array
+from incsvr.plant.axes import YAW
 
-if TYPE_CHECKING:
-    from incsvr.forecasting.effects_ahead import EffectsAhead
+MIN_CORRELATION = 0.05
+"""Correlation of the noise of two samples, at least: less cannot be told from none, and would be a time of nearly
+nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,73 +44,128 @@ class Runs:
     heading_sigma: Array
 
 
-def propagate(
-    curve: Curve | CurveAmongOthers,
+@dataclass(frozen=True, slots=True)
+class Water:
+    """What pushes a vehicle beside its torque: one standard deviation [N m], and its correlation time [s]."""
+
+    disturbance: float
+    lasts: float
+
+    @staticmethod
+    def of(model: Model, period: float) -> Water:
+        """The water in a model's samples, which come every `period` [s]."""
+        return Water(float(model.sigma), -period / math.log(min(max(model.correlation, MIN_CORRELATION), 0.999)))
+
+
+def free_runs(
+    model: Model,
+    inertia: float,
+    fastest: float,
+    grid: Grid,
+    first: Indices,
+    steps: int,
     rate: Array,
     rate_sigma: float,
-    torque: Array,
-    step: float,
-    effects: EffectsAhead | None = None,
+    effects: Compensation | None = None,
 ) -> Runs:
-    """n free runs of the same length.
+    """n runs of a trained model, side by side; one that the grid ends stays where it is then.
 
     Args:
+        inertia: as it is declared [kg m²].
+        fastest: the fastest rate of the vehicle [rad/s].
+        grid: without a pause; it holds the model's further velocities, and what effects remember.
+        first: (n,) the points of the grid at which they start.
+        steps: of the longest.
         rate: (n,) where they start [rad/s].
         rate_sigma: how well that is known [rad/s].
-        torque: (steps + 1, n) at the ends of the steps, linear between [N m]; with effects what acts beside their
-            thrust.
-        step: [s].
-        effects: traced effects along these runs; None for none.
+        effects: traced effects in force; None for none.
     """
-    steps, count = torque.shape[0] - 1, rate.size
-    out = np.empty((4, steps + 1, count))
-    r, psi = rate.astype(np.float64), np.zeros(count)
-    # Covariance of (r, ψ, w), and the sensitivity of (r, ψ) to one deviation of the curve.
-    rr, rp, pp = np.full(count, rate_sigma**2), np.zeros(count), np.zeros(count)
-    rw, pw, ww = np.zeros(count), np.zeros(count), curve.disturbance**2
-    off_r, off_psi = np.zeros(count), np.zeros(count)
-    stays = math.exp(-step / curve.lasts)
-    fresh = ww * (1.0 - stays**2)
-    for k in range(steps + 1):
-        out[0, k], out[1, k] = r, psi
-        out[2, k], out[3, k] = np.sqrt(rr + off_r**2), np.sqrt(np.maximum(pp, 0.0) + off_psi**2)
-        if k == steps:
-            break
-        before = r
-        moment = 0.5 * (torque[k] + torque[k + 1])
-        damping, slope, sigma = curve.at(r, k)
-        if effects is not None:
-            driving, falls = effects.at(k, r, psi)
-            moment, slope = moment + driving, np.maximum(slope + falls, 0.0)
-        decay = np.exp(-slope * step / curve.inertia)
-        gain = np.where(slope != 0.0, (1.0 - decay) / np.where(slope == 0.0, 1.0, slope), step / curve.inertia)
-        r = r + gain * (moment - damping)
-        if effects is not None:
-            effects.moved(0.5 * (before + r), step)
-        psi = psi + 0.5 * step * (before + r)
-        off_before = off_r
-        off_r = decay * off_r + gain * sigma
-        off_psi = off_psi + 0.5 * step * (off_before + off_r)
-        rr, rp, rw, pp, pw = _covariance_after((rr, rp, rw, pp, pw), ww, decay, gain, step, stays)
-        ww = stays * stays * ww + fresh
-    return Runs(out[0], out[1], out[2], out[3])
-
-
-def _covariance_after(
-    before: tuple[Array, Array, Array, Array, Array],
-    ww: Array | float,
-    decay: Array,
-    gain: Array,
-    step: float,
-    stays: float,
-) -> tuple[Array, Array, Array, Array, Array]:
-    """The covariances rr, rp, rw, pp, pw of (r, ψ, w) after a step x' = A x, A = [[decay, 0, gain], [step, 1, 0],
-    [0, 0, stays]]."""
-    rr, rp, rw, pp, pw = before
-    return (
-        decay * decay * rr + 2.0 * decay * gain * rw + gain * gain * ww,
-        step * decay * rr + decay * rp + step * gain * rw + gain * pw,
-        stays * (decay * rw + gain * ww),
-        step * step * rr + 2.0 * step * rp + pp,
-        stays * (step * rw + pw),
+    along = slice(int(first.min()), int(first.max()) + steps + 1)
+    names = () if model.several is None else model.several.others
+    others = np.array([grid.beside.channels[name][along] for name in names]).T
+    damping = LearnedDamping.of(model, fastest, grid.time[along], others)
+    return propagate(
+        damping, Water.of(model, grid.sample_period), inertia, grid, first, steps, rate, rate_sigma, effects
     )
+
+
+def propagate(
+    damping: LearnedDamping,
+    water: Water,
+    inertia: float,
+    grid: Grid,
+    first: Indices,
+    steps: int,
+    rate: Array,
+    rate_sigma: float,
+    effects: Compensation | None = None,
+) -> Runs:
+    """As `free_runs`, of a damping in this water."""
+    model = None if effects is None else effects.model
+    axis, step, beside = YAW.rate if model is None else model.axis, grid.step, grid.beside
+    parts = max(math.ceil(step / damping.time_constant(inertia)), 1)  # of a step, so that no velocity decays within one
+    edges = grid.time[0] + step / parts * np.arange((grid.time.size - 1) * parts + 1)
+    run = {axis: (edges, np.interp(edges, grid.time, grid.rate)), effort_of(axis): (grid.time, grid.torque)}
+    for name, stream in () if effects is None else effects.streams.items():
+        if name != axis:
+            run[name] = grid.time, beside.channels[stream]
+    for name, taken in ((OUTSIDE, beside.outside), (LINEAR, beside.linear)):
+        if taken is not None:
+            run[name] = grid.time, taken
+    course = simulated(damping, inertia, run, step / parts, parts * first, parts * steps, rate, model)
+    r, whole = course.states[::parts, 0], course.motion.structure.inertia({}, axis)
+    heading = np.concatenate((np.zeros((1, rate.size)), np.cumsum(0.5 * step * (r[1:] + r[:-1]), axis=0)))
+    # A free run gains no energy: where a curve drives, by its own doubt, it is flat.
+    slope = np.maximum(_slopes(course)[::parts], 0.0)
+    decay = np.exp(-slope * step / whole)
+    gain = np.where(slope != 0.0, (1.0 - decay) / np.where(slope == 0.0, 1.0, slope), step / whole)
+    off = gain * damping.doubt_at(edges[course.motion.windows.at[:-1:parts]], r[:-1])
+    return Runs(r, heading, *_deviations(water, decay, gain, off, step, rate_sigma))
+
+
+def _slopes(course: Course) -> Array:
+    """(steps, n) by how much the moment that drives falls with the velocity, at the beginning of each step [N m s]."""
+    motion = course.motion
+    (axis,) = motion.structure.axes
+    signals = {name: course.states[:-1, k] for k, name in enumerate(motion.states)}
+    signals |= {name: motion.edges[:-1, k] for k, name in enumerate(motion.channels)}
+    signals[effort_of(axis)] = motion.efforts[:, 0, 0]
+    found = np.zeros_like(signals[axis])
+    for row in motion.structure.rows:
+        part, coefficient = row.parts[0], motion.value[row.key][0]
+        for factor, beside in ((part.one, part.other), (part.other, part.one)):
+            for number, slope, of in slopes(factor):
+                if of == axis:
+                    taken = one_by_one(slope, signals) * one_by_one(beside, signals)
+                    found += number * part.sign * coefficient * taken
+    return found
+
+
+def _deviations(
+    water: Water, decay: Array, gain: Array, off: Array, step: float, rate_sigma: float
+) -> tuple[Array, Array]:
+    """(steps + 1, n) each: one standard deviation of rate and heading, of the covariance of (r, ψ, w, c).
+
+    The doubt of the curve is no noise: it is off to one side for long, so that it is a state c that stays, of deviation
+    one.
+
+    Args:
+        decay: (steps, n) what is left of a rate after a step.
+        gain: (steps, n) what a moment within makes of it [rad/s for each N m].
+        off: (steps, n) what one deviation of the curve makes of it [rad/s].
+    """
+    steps, count = decay.shape
+    stays, variance = math.exp(-step / water.lasts), water.disturbance**2
+    after = np.zeros((steps, count, 4, 4))
+    after[..., 0, 0], after[..., 0, 2], after[..., 0, 3] = decay, gain, off
+    after[..., 1, :] = 0.5 * step * after[..., 0, :]  # a heading follows the mean of both rates
+    after[..., 1, 0] += 0.5 * step
+    after[..., 1, 1], after[..., 2, 2], after[..., 3, 3] = 1.0, stays, 1.0
+    now, fresh = np.diag([rate_sigma**2, 0.0, variance, 1.0]), np.diag([0.0, 0.0, variance * (1.0 - stays**2), 0.0])
+    now, found = np.repeat(now[None], count, axis=0), np.empty((steps + 1, count, 2))
+    for k in range(steps):
+        found[k] = now[:, (0, 1), (0, 1)]
+        now = after[k] @ now @ after[k].swapaxes(1, 2) + fresh
+    found[steps] = now[:, (0, 1), (0, 1)]
+    rate, heading = np.sqrt(np.maximum(found, 0.0)).transpose(2, 0, 1)
+    return rate, heading

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from bisect import bisect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import exp, pi, sqrt
 from typing import Any
@@ -165,7 +165,9 @@ class Model:
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Model:
-        return fields_from_plain(Model, {**data, "sigma": math.nan if data["sigma"] is None else data["sigma"]})
+        sigma = data["sigma"]
+        known = fields_from_plain(Model, {**data, "sigma": 0.0 if sigma is None else sigma})
+        return replace(known, sigma=math.nan) if sigma is None else known
 
     @cached_property
     def _answers(self) -> Answers:

@@ -13,6 +13,11 @@ from incsvr.model.series import effort_of, period, values
 from incsvr.model.structure import NO_PRIOR, Structure, Theta
 from incsvr.model.windows import Windows
 
+CURVE = "bend:"
+"""The begin of the names of what is another curve of damping."""
+SHAPES = {"dead": "gap", "gap": "dead", "limit": "sag", "sag": "limit"}
+"""Stages that are one effect in two shapes, of which one acts at most."""
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -98,17 +103,25 @@ def without(structure: Structure, candidate: Candidate, plain: Structure) -> Str
     )
 
 
+def of_curve(candidate: Candidate) -> bool:
+    """Whether it is another curve of damping, which is learned and no effect."""
+    return candidate.name.startswith(CURVE)
+
+
 def scales_thrust(name: str) -> bool:
     """Whether an effect changes what an effort does, so that an effort that is mostly noise cannot show it."""
     kind = name.partition("@")[0]
-    stages = ("inertia", "dead", "exponent", "limit", "reverse", "inflow", "lag", "delay")
+    stages = ("inertia", "dead", "gap", "exponent", "limit", "sag", "reverse", "inflow", "lag", "delay")
     return kind in stages or kind.startswith("thrust_") or kind.endswith(":thrust")
 
 
 def rank(candidate: Candidate) -> tuple[int, int, int]:
-    """The order in which equal effects are preferred: those that imitate few others, of few numbers, of no channel."""
+    """The order in which equal effects are preferred: a curve of damping, which is none, then those that imitate few
+    others, of few numbers, of no channel."""
     name, _, axis = candidate.name.partition("@")
     kind, _, of = name.partition(":")
+    if of_curve(candidate):
+        return -1, 0, 0
     late = kind in ("coulomb_asymmetry", "modulation") or (kind == "coriolis" and axis in of.split("*"))
     return 2 if imitates(candidate) else int(late), len(candidate.start), int(bool(of))
 
@@ -141,14 +154,18 @@ def _of_stages(structure: Structure, axis: str, windows: Windows) -> Iterator[Ca
     starts: dict[str, Sequence[float]] = {
         "lag": [np.log(beats * beat) for beats in (0.5, 1.0, 2.0, 4.0)],
         "dead": [np.log(share * top) for share in (0.03, 0.1, 0.3)],
+        "gap": [np.log(share * top) for share in (0.1, 0.2, 0.4)],
         "limit": [np.log(share * top) for share in (0.9, 0.7, 0.5)],
+        "sag": [np.log(share * top) for share in (2.0, 1.0, 0.6)],
         "exponent": [0.1],
     }
-    if np.quantile(effort, 0.05) < -0.05 * top and np.quantile(effort, 0.95) > 0.05 * top:
+    if np.quantile(effort, 0.01) < -0.05 * top and np.quantile(effort, 0.99) > 0.05 * top:
         starts["reverse"] = [0.1]
+    have = {kind for kind, of in structure.stages if of == axis}
+    have |= {SHAPES[kind] for kind in have if kind in SHAPES}
     for kind, each in starts.items():
-        if (kind, axis) not in structure.stages:
+        if kind not in have:
             more = structure.plus(stages=[(kind, axis)])
             for at in each:
-                one_sided = kind in ("lag", "dead", "limit")
+                one_sided = kind in ("lag", "dead", "gap", "limit", "sag")
                 yield Candidate(f"{kind}@{axis}", more, {f"{kind}:{axis}": float(at)}, one_sided=one_sided)

@@ -16,6 +16,9 @@ from incsvr.numerics.lapack import dtbtrs
 
 WAYS = ("linear", "hold", "smooth")
 """How an effort gets from one of its samples to the next."""
+GAP_EDGE = 0.25
+"""Part of a gap's half width over which its thrust sets in: commands that hold fall on few values, and within so much
+there is one that tells a fit in which direction the gap is wider."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +27,10 @@ class Stage:
 
     Attributes:
         exponent: τ → τ₀ (τ/τ₀)ᵖ, τ₀ being `top`, the effort at which the curve gives what is demanded.
-        dead: half width of the dead band [effort].
+        dead: half width of the dead band, beyond which the thrust begins at nothing [effort].
+        gap: half width of a dead band beyond which all of the demanded effort acts [effort].
         limit: saturation: the largest effort that acts [effort].
+        sag: saturation that sets in by and by: the effort to which the one that acts bends [effort].
         reverse: thrust astern as a share of the thrust ahead at the same demand.
         shift: dead time [s]; negative where the effort's stamps are late.
         lag: time constant of the actuators [s].
@@ -33,7 +38,9 @@ class Stage:
 
     exponent: float | None = None
     dead: float | None = None
+    gap: float | None = None
     limit: float | None = None
+    sag: float | None = None
     reverse: float | None = None
     shift: float = 0.0
     lag: float | None = None
@@ -45,8 +52,12 @@ class Stage:
             u = top * np.sign(u) * np.abs(u / top) ** self.exponent
         if self.dead is not None:
             u = u - np.clip(u, -abs(self.dead), abs(self.dead))
+        if self.gap is not None:
+            u = u * np.clip((np.abs(u) / self.gap - 1.0) / GAP_EDGE + 0.5, 0.0, 1.0)
         if self.limit is not None:
             u = np.clip(u, -self.limit, self.limit)
+        if self.sag is not None:
+            u = u / np.cbrt(1.0 + np.abs(u / self.sag) ** 3)
         if self.reverse is not None:
             u = np.where(u < 0.0, self.reverse * u, u)
         return u
@@ -56,8 +67,15 @@ class Stage:
         u = effort
         if self.reverse is not None:
             u = np.where(u < 0.0, u / self.reverse, u)
+        if self.sag is not None:
+            u = np.clip(u, -0.99 * self.sag, 0.99 * self.sag)
+            u = u / np.cbrt(1.0 - np.abs(u / self.sag) ** 3)
         if self.limit is not None:
             u = np.clip(u, -self.limit, self.limit)
+        if self.gap is not None:
+            u = np.where(
+                np.abs(u) < 0.5 * self.gap, 0.0, np.sign(u) * np.maximum(np.abs(u), (1.0 + 0.5 * GAP_EDGE) * self.gap)
+            )
         if self.dead is not None:
             u = u + np.sign(u) * abs(self.dead)
         if self.exponent is not None:

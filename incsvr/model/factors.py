@@ -93,7 +93,7 @@ class Factors:
                 by_width = partial(BY_WIDTH[each.kind], each.width)
                 self._functions.append((by_width, slice(at[each.of], at[each.of] + 1), slice(count, count + 1)))
             elif each.kind == "curve":
-                by_table = partial(_on_curve, np.array(each.table), each.width)
+                by_table = _on_curve(each.table, each.width)
                 self._functions.append((by_table, slice(at[each.of], at[each.of] + 1), slice(count, count + 1)))
             elif each.kind.startswith("down"):
                 self._down.append((each.kind, count))
@@ -127,7 +127,7 @@ def one_by_one(factor: Factor, signals: Mapping[str, Array]) -> Array:
     if factor.kind in BY_WIDTH:
         return BY_WIDTH[factor.kind](factor.width, signals[factor.of])
     if factor.kind == "curve":
-        return _on_curve(np.array(factor.table), factor.width, signals[factor.of])
+        return _on_curve(factor.table, factor.width)(signals[factor.of])
     if factor.kind.startswith("down"):
         return _down(factor.kind, signals["roll"], signals["pitch"])
     return SIMPLE[factor.kind](signals[factor.of])
@@ -137,11 +137,14 @@ def _gathered(function: Function, values: Array, of: Indices, out: Array) -> Arr
     return function(values[..., of, :], out)
 
 
-def _on_curve(table: Array, width: float, x: Array, out: Array | None = None) -> Array:
+def _on_curve(table: Sequence[float], width: float) -> Function:
     """A table's lines between its values, the last of which go on beyond it."""
-    place = x / width + 0.5 * (table.size - 1)
-    cell = np.clip(np.nan_to_num(place), 0.0, table.size - 2.0).astype(np.intp)
-    return np.asarray(np.add(table[cell], (place - cell) * (table[cell + 1] - table[cell]), out))
+    values, ends = np.array(table), 1e9 * width * np.array([-1.0, 1.0])
+    at = width * (np.arange(values.size) - 0.5 * (values.size - 1))
+    beyond = [values[k] + (end - at[k]) / width * rise
+              for k, end, rise in zip((0, -1), ends, np.diff(values)[[0, -1]], strict=True)]  # fmt: skip
+    at, values = np.r_[ends[0], at, ends[1]], np.r_[beyond[0], values, beyond[1]]
+    return lambda x, out=None: np.add(np.interp(x, at, values), 0.0, out)
 
 
 def _down(kind: str, roll: Array, pitch: Array, out: Array | None = None) -> Array:

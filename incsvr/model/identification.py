@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.model import rows as catalogue
-from incsvr.model.candidates import Candidate, without
-from incsvr.model.directions import directions
+from incsvr.model.candidates import CURVE, of_curve, without
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import gain, left_out
@@ -17,7 +16,7 @@ from incsvr.model.predictor import Predictor, frequencies, predictor
 from incsvr.model.rivals import excluded_free_runs
 from incsvr.model.rows import Row, free_products, mirrored
 from incsvr.model.scales import coarse_period, fastest, motion_scale, step_of, time_constants
-from incsvr.model.search import Found, convincing, drives, search
+from incsvr.model.search import Found, drives, search
 from incsvr.model.series import duration, effort_of, period, values
 from incsvr.model.start import start
 from incsvr.model.structure import Structure
@@ -184,18 +183,21 @@ def identify(
     base = predictor(_with_curve(found, runs) if len(axes) == 1 else found, runs)
     say(f"predictor: step {base.fit.problem.windows.step:.3g} s, cost {base.fit.value:.0f}, {base.reliability}")
     effects = pool(plain.structure, base.fit.problem.windows.runs)
+    if len(axes) == 1:
+        effects |= catalogue.curves(axes[0], _fast(found, runs))
     if len(axes) == 1 and "time" in plain.structure.channels:
         effects |= catalogue.waves(axes[0], frequencies(base.fit, 0))
     if list(axes) == ["yaw_rate"] and "heading" not in names:  # a heading shows a gyro's zero by itself
         effects |= catalogue.gyro_zero(axes[0], *(found.theta[f"{name}@{axes[0]}"] for name in ("linear", "quadratic")))
     effects = {name: rows for name, rows in effects.items() if name.partition("@")[0].partition(":")[0] not in leave}
-    result = search(base, effects, most, say=say)
+    untried = {f"{name}@{axis}": "it is not tried" for name in leave for axis in axes}
+    result = search(base, effects, most, begun=Found(base.fit, refused=untried), say=say)
     acting = base.fit.problem.windows.runs
     if any(share < 1.0 for share in base.reliability.values()):  # the noise of an effort never acts
         found = plain_fit(found.structure, acting)
     alone = base.fit
     if len(axes) == 1:
-        found, alone, result = _with_uneven_damping(found, alone, result)
+        found, alone, result = _with_curve_found(found, alone, result)
     models = _simulators(found, result)
     excluded = excluded_free_runs(models, acting)
     say(f"free runs of excluded recordings: {excluded}")
@@ -212,12 +214,13 @@ def leaving(found: Identification, names: Mapping[str, str], more: bool) -> Iden
     kept = tuple(each for each in was.added if each.name not in names)
     because = {name: why for name, why in was.refused.items() if not any(one in why for one in names)}
     begun = Found(remaining(found, names), kept, {**because, **names})
-    result = begun
+    result, plain, base = begun, found.models["plain"], found.base
     if more:
-        result = search(Predictor(found.base, found.reliability), found.effects, begun=begun)
-    models = _simulators(found.models["plain"], result)
+        result = search(Predictor(base, found.reliability), found.effects, begun=begun)
+        plain, base, result = _with_curve_found(plain, base, result)
+    models = _simulators(plain, result)
     return replace(
-        found, found=result, models=models, excluded=excluded_free_runs(models, was.fit.problem.windows.runs)
+        found, found=result, base=base, models=models, excluded=excluded_free_runs(models, was.fit.problem.windows.runs)
     )
 
 
@@ -233,27 +236,32 @@ def remaining(found: Identification, names: Collection[str]) -> Fit:
     return fit(structure, theta, was.fit.problem, was.fit.starts)
 
 
+def _fast(plain: Fit, runs: Sequence[Streams]) -> float:
+    """A velocity of the first axis that is seldom passed [m/s], [rad/s]."""
+    return float(np.quantile(np.abs(values(runs, plain.structure.axes[0])), 0.99))
+
+
 def _with_curve(plain: Fit, runs: Sequence[Streams]) -> Fit:
     """The plain model of one axis with damping of any shape, so that the shape does not pass for an effect."""
     (axis,) = plain.structure.axes
-    more = plain.structure.plus(rows=catalogue.bends(axis, float(np.quantile(np.abs(values(runs, axis)), 0.99))))
+    more = plain.structure.plus(rows=catalogue.bends(axis, _fast(plain, runs)))
     return fit(more, {**dict.fromkeys(more.names, 0.0), **plain.theta}, plain.problem, plain.starts)
 
 
-def _with_uneven_damping(plain: Fit, base: Fit, found: Found) -> tuple[Fit, Fit, Found]:
-    """The three with damping that differs with the direction, where that predicts excluded windows clearly better.
-
-    It is part of the learned damping, and looked for last: beside a constant moment each explains half of the other.
-    """
-    row = catalogue.uneven(plain.structure.axes[0])
-    one = Candidate(row.name, found.fit.structure.plus(rows=[row]), {row.key: 0.0}, (row,))
-    if not convincing([(one, directions(found.fit, [one]).evidence(0))]):
-        return plain, base, found
-    grown = [
-        fit(each.structure.plus(rows=[row]), {**each.theta, row.key: 0.0}, each.problem, each.starts)
-        for each in (plain, base, found.fit)
-    ]
-    return (plain, base, found) if drives(grown[2]) else (grown[0], grown[1], replace(found, fit=grown[2]))
+def _with_curve_found(plain: Fit, base: Fit, found: Found) -> tuple[Fit, Fit, Found]:
+    """The plain model, the predictor without effects and the result, each with the curve of damping that the search
+    added: it is part of the learned damping and no effect."""
+    rows = [row for each in found.added if of_curve(each.candidate) for row in each.candidate.rows]
+    effects = tuple(each for each in found.added if not of_curve(each.candidate))
+    weighed = tuple(one for one in found.weighed if not of_curve(one[0]))
+    if rows:
+        plain, base = (
+            fit(each.structure.plus(rows=rows), {**each.theta, **dict.fromkeys((row.key for row in rows), 0.0)},
+                each.problem, each.starts)
+            for each in (plain, base)
+        )  # fmt: skip
+    refused = {name: why for name, why in found.refused.items() if not name.startswith(CURVE)}
+    return plain, base, Found(found.fit, effects, refused, weighed)
 
 
 def _simulators(plain: Fit, found: Found) -> dict[str, Fit]:

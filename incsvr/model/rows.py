@@ -124,9 +124,21 @@ def bends(rate: str, fast: float, shares: Sequence[float] = (0.2, 0.4, 0.7)) -> 
     return tuple(row(f"bend:{share:g}", rate, Factor("bend", rate, share * fast), drag=True) for share in shares)
 
 
-def uneven(rate: str) -> Row:
-    """What the damping is more to one side than to the other."""
-    return row("bend:uneven", rate, value(rate), value(rate), drag=True)
+def uneven(rate: str) -> tuple[Row, ...]:
+    """What the linear and the quadratic damping are more to one side than to the other."""
+    return (
+        row("bend:uneven", rate, value(rate), value(rate), drag=True),
+        row("bend:uneven linear", rate, size(rate), drag=True),
+    )
+
+
+def curves(rate: str, fast: float) -> dict[str, tuple[Row, ...]]:
+    """Damping of yet another shape, by name: steeper at slow velocities, or more to one side than to the other.
+
+    Args:
+        fast: a velocity that is seldom passed.
+    """
+    return {"bend:slow": bends(rate, fast, (0.1,)), "bend:uneven": uneven(rate)}
 
 
 def own(rate: str, fast: float, driven: bool) -> tuple[Row, ...]:

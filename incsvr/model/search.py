@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from incsvr.model.candidates import Candidate, candidates, imitates, joined, rank, scales_thrust, without
+from incsvr.model.candidates import Candidate, candidates, imitates, joined, of_curve, rank, scales_thrust, without
 from incsvr.model.directions import Evidence, directions
 from incsvr.model.factors import one_by_one
 from incsvr.model.fitting import Fit, fit
@@ -108,7 +108,8 @@ def _is_rest(best: Added, added: Sequence[Added], share: float = 0.15) -> bool:
     much = imitates(best.candidate)
     axis = best.name.partition("@")[2]
     own = [each for each in added if each.name.partition("@")[2] == axis]
-    before = sum(each.gain for each in own if much or not each.name.startswith("inertia@"))
+    exact = [each.name for each in own if each.name.startswith("inertia@") and not much]
+    before = sum(each.gain for each in own if each.name not in exact and not of_curve(each.candidate))
     return best.gain < (2.0 if much else 1.0) * share * before
 
 
@@ -149,7 +150,8 @@ def _best(
     looked += [
         (evidence, each)
         for each, evidence in beside
-        if each.name.startswith("inertia@") and each.name not in {one[1].name for one in looked}
+        if (each.name.startswith("inertia@") or (of_curve(each) and each.name in first))
+        and each.name not in {one[1].name for one in looked}
     ]
     sure = {each.name for _, each in convincing(beside, enough)}
     trials = []

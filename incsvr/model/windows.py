@@ -170,9 +170,8 @@ def cut(runs: Sequence[Streams], structure: Structure, step: float, horizon: flo
         used = [run[name] for name in (*structure.axes, *structure.channels)]
         used += [run[effort_of(axis)] for axis in structure.driven]
         begin, end = max(t[0] for t, _ in used), min(t[-1] for t, _ in used)
-        own = run[structure.axes[0]][
-            0
-        ]  # steps begin with its samples: no sample is predicted by efforts that answer it
+        # Steps begin with its samples: no sample is predicted by efforts that answer it.
+        own = run[structure.axes[0]][0]
         begin = float(own[min(np.searchsorted(own, begin - 1e-9), own.size - 1)])
         steps = int(np.floor((end - begin) / step + 1e-6))
         length = int(max(1, min(steps, np.round(min(horizon, 1e9) / step))))
@@ -187,6 +186,32 @@ def cut(runs: Sequence[Streams], structure: Structure, step: float, horizon: flo
     rows = np.concatenate(samples)
     rows = rows[np.argsort(rows[:, 1], kind="stable")]
     first, count, run_of = np.array(windows).T
+    return _windows(runs, structure, step, grids, (first, count, run_of), rows)
+
+
+def beginning_at(run: Streams, structure: Structure, step: float, first: Indices, most: int) -> Windows:
+    """Windows of one recording for free runs alone: they begin at given edges, may overlap, and have no samples.
+
+    Args:
+        run: with values of the first axis on all edges, `step` [s] apart.
+        first: (windows,) places of their first edges.
+        most: steps of a window at most; the recording ends those that begin late.
+    """
+    time = run[structure.axes[0]][0]
+    grid = Grid(float(time[0]), time.size - 1, 0)
+    count = np.minimum(most, grid.steps - first)
+    return _windows([run], structure, step, [grid], (first, count, np.zeros_like(first)), np.zeros((0, 5)))
+
+
+def _windows(
+    runs: Sequence[Streams],
+    structure: Structure,
+    step: float,
+    grids: Sequence[Grid],
+    places: tuple[Indices, Indices, Indices],
+    rows: Array,
+) -> Windows:
+    """The windows with these first edges, counts of steps and recordings, and these samples (n, 5)."""
     on_edges = {
         name: np.concatenate([
             _on(run[name], np.asarray(grid.origin + step * np.arange(grid.steps + 1)), name in ANGLES)
@@ -196,9 +221,9 @@ def cut(runs: Sequence[Streams], structure: Structure, step: float, horizon: flo
     }  # fmt: skip
     usual = [np.median([noise(run[axis][1]) for run in runs]) for axis in structure.axes]
     return Windows(
-        runs, structure.axes, step, tuple(grids), first, count, run_of,
+        runs, structure.axes, step, tuple(grids), *places,
         rows[:, 0].astype(np.intp), rows[:, 1].astype(np.intp), rows[:, 2].astype(np.intp), rows[:, 3], rows[:, 4],
-        np.stack([on_edges[axis][first] for axis in structure.axes]),
+        np.stack([on_edges[axis][places[0]] for axis in structure.axes]),
         np.array(usual),
         {name: on_edges[name] for name in structure.channels}, {name: on_edges[name] for name in structure.axes},
     )  # fmt: skip

@@ -14,7 +14,7 @@ from incsvr.plant.axes import AXES, VELOCITIES
 LINEAR, QUADRATIC = "linear", "quadratic"
 """Kinds of damping of an axis by its own velocity: c ν and c ν|ν|."""
 CROSS, CROSS_SIZE, PRODUCT, SQUARE = "cross", "cross_size", "product", "square"
-"""c ν_j; c |ν_j| ν_k; c ν_j ν_k; c ν_j²."""
+"""c ν_j; c |ν_j| ν_k, or c |ν_j| where there is one name alone; c ν_j ν_k; c ν_j²."""
 EFFORT, INFLOW, REVERSE, BIAS = "effort", "inflow", "reverse", "bias"
 """Terms of an effort: another axis's, −c τ_j; lost with speed, c τ |ν_j|; weak in reverse, c τ if τ < 0; a constant."""
 ADVANCE, COULOMB, ASYMMETRY, BEND = "advance", "coulomb", "coulomb_asymmetry", "bend"

@@ -17,15 +17,11 @@ from incsvr.numerics import Array, robust_deviation
 from incsvr.numerics.linear_filter import lfilter
 from incsvr.tracing.run import Run, stream
 from incsvr.tracing.statistics import whitened
-from incsvr.tracing.thresholds import (
-    GYRO_SIGHT_SAMPLES,
-    LOOP_DEVIATIONS,
-    MIN_TORQUE_CHANGES,
-    OTHER_GYRO_SURPRISE,
-    RUNNING_MEAN_CELLS,
-    SURPRISE_CLIP_DEVIATIONS,
-    TORQUE_PAST_CELLS,
-)
+
+GYRO_SIGHT_SAMPLES = 6
+"""Samples of the gyro that tell whether a controller reads it."""
+SURPRISE_CLIP_DEVIATIONS = 3.0
+"""Usual deviations at which a surprise is cut: a turn that was asked for is no answer."""
 
 
 class Loop(Enum):
@@ -46,7 +42,14 @@ def standing_time(runs: Sequence[Run]) -> float:
     return float(np.median(every)) if every.size else np.inf
 
 
-def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> float:
+def answers(
+    residual: Array,
+    torque: Array,
+    starts: NDArray[np.intp],
+    cells: int = 9,  # of its past from which the torque is predicted
+    means: Sequence[float] = (20.0, 100.0),  # lengths, in cells, of running means from which it is predicted besides
+    least: float = 3.5,  # deviations: most open loops stay below 2, controllers reach 4 to 60
+) -> float:
     """The correlation of the torque with the residual before it; 0 if chance explains it.
 
     Args:
@@ -58,13 +61,11 @@ def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> float:
         return 0.0
     surprise = _clipped(whitened(residual, starts))
     past = np.stack([
-        *(np.roll(torque, k) for k in range(TORQUE_PAST_CELLS)),
+        *(np.roll(torque, k) for k in range(cells)),
         np.abs(torque), torque * np.abs(torque), torque**3, np.ones(torque.size),
-        *(lfilter([1.0 / length], [1.0, 1.0 / length - 1.0], torque) for length in RUNNING_MEAN_CELLS),
+        *(lfilter([1.0 / length], [1.0, 1.0 / length - 1.0], torque) for length in means),
     ], axis=1)  # fmt: skip
-    inside = [
-        np.arange(a + TORQUE_PAST_CELLS, b - 1) for a, b in pairwise(starts.tolist()) if b - a > 2 * TORQUE_PAST_CELLS
-    ]
+    inside = [np.arange(a + cells, b - 1) for a, b in pairwise(starts.tolist()) if b - a > 2 * cells]
     at = np.concatenate(inside) if inside else np.empty(0, dtype=np.intp)
     if at.size < 3 * past.shape[1]:
         return 0.0
@@ -72,19 +73,27 @@ def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> float:
     together = float(own @ unforeseen)
     deviations = together / max(float(np.sqrt(np.sum((own * unforeseen) ** 2))), 1e-300)
     correlation = together / max(float(np.sqrt((own @ own) * (unforeseen @ unforeseen))), 1e-300)
-    return correlation if deviations > LOOP_DEVIATIONS else 0.0
+    return correlation if deviations > least else 0.0
 
 
-def of_this_gyro(runs: Sequence[Run]) -> bool:
+def of_this_gyro(
+    runs: Sequence[Run],
+    # Usual surprise of a changed torque to whom sees the gyro, in that to whom does not: 0.00 to 0.83 with the gyro
+    # that the controller reads, 0.91 to 1.00 else.
+    most: float = 0.9,
+) -> bool:
     """Whether the gyro of these recordings tells beforehand what the torque will be, as where a controller reads it.
 
     Not so where the controller has another gyro, and where the torque is measured with noise of its own.
     """
     ratios = [ratio for run in runs if (ratio := _unforeseen_share(run)) is not None]
-    return bool(ratios) and float(np.median(ratios)) < OTHER_GYRO_SURPRISE
+    return bool(ratios) and float(np.median(ratios)) < most
 
 
-def _unforeseen_share(run: Run) -> float | None:
+def _unforeseen_share(
+    run: Run,
+    fewest: int = 200,  # changes of the torque from which on it is told
+) -> float | None:
     """The usual surprise of a changed torque to whom knows its past and the gyro before it, in that to whom lacks the
     whole gyro, or its last samples; None where the torque hardly changes."""
     (at, rate), (when, torque) = stream(run, run.yaw_rate), stream(run, run.torque)
@@ -92,7 +101,7 @@ def _unforeseen_share(run: Run) -> float | None:
     latest = np.searchsorted(at, when[changed], side="right") - 1
     which = np.arange(GYRO_SIGHT_SAMPLES, changed.size)
     which = which[latest[which] >= GYRO_SIGHT_SAMPLES]
-    if which.size < MIN_TORQUE_CHANGES:
+    if which.size < fewest:
         return None
     before = [torque[changed[which - k]] for k in range(1, GYRO_SIGHT_SAMPLES)]
     past = np.stack([*before, before[0] * np.abs(before[0]), np.ones(which.size)], axis=1)

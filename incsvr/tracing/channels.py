@@ -9,10 +9,13 @@ import numpy as np
 from incsvr.numerics import Array
 from incsvr.plant.axes import EFFORTS
 from incsvr.tracing.run import Run, stream
-from incsvr.tracing.thresholds import COPY_CORRELATION, FUNCTION_R2
 
 
-def usable_channels(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
+def usable_channels(
+    runs: Sequence[Run],
+    copy: float = 0.995,  # correlation beyond which two channels are copies
+    function: float = 0.95,  # R² beyond which one is a function of torque or rate: one side of the equation on both
+) -> tuple[list[str], dict[str, str]]:
     """Names of the channels that may be candidates, and the reason for each that may not (heading is never one)."""
     names = sorted({name for run in runs for name in run.channels} - {"heading"})
     words = runs[0].words
@@ -34,14 +37,12 @@ def usable_channels(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
         values = np.concatenate([np.interp(a, *s) for a, s in zip(at, streams, strict=True)])
         if np.ptp(values) <= 1e-9 * max(1.0, float(np.max(np.abs(values)))):
             refused[name] = "it is constant"
-        elif _explained(values, torque) > FUNCTION_R2:
+        elif _explained(values, torque) > function:
             refused[name] = f"it is a function of the {words.effort}"
-        elif _explained(values, rate) > FUNCTION_R2:
+        elif _explained(values, rate) > function:
             refused[name] = f"it is a function of the {words.rate}"
         else:
-            twin = next(
-                (other for other, x in kept.items() if abs(np.corrcoef(x, values)[0, 1]) > COPY_CORRELATION), None
-            )
+            twin = next((other for other, x in kept.items() if abs(np.corrcoef(x, values)[0, 1]) > copy), None)
             if twin is None:
                 kept[name] = values
             else:

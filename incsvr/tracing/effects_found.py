@@ -31,7 +31,7 @@ ROUND_NUMBERS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """Commands at which people read a thrust, in their decade."""
 FREE = ", free inertia"
 """The end of the names of simulators whose inertia is free."""
-CURVES = {"dead": "dead", "limit": "limit", "reverse": "reverse", "exponent": "exponent"}
+CURVES = ("dead", "gap", "limit", "sag", "reverse", "exponent")
 """Stages of the effort that are a curve of the command."""
 
 
@@ -126,7 +126,8 @@ def _finding(
     traced: Traced, name: str, parameters: dict[str, float], spans: dict[str, tuple[float, float]], chance: float,
     share: float, alike: Sequence[str],
 ) -> Finding:  # fmt: skip
-    others, words = tuple(dict.fromkeys(contract_name(each) for each in alike)), traced.words
+    named, words = dict.fromkeys(contract_name(each) for each in alike), traced.words
+    others = tuple(each for each in named if each != contract_name(name))
     return Finding(
         effect=contract_name(name),
         channels=streams(name),
@@ -193,8 +194,6 @@ def _thrust(
     ((key, value),) = parameters.items()
     found = []
     for command in (-full, full):
-        made = [
-            float(Stage(**{CURVES[kind]: each}).static(np.array([command]), top)[0]) for each in (value, *spans[key])
-        ]
+        made = [float(Stage(**{kind: each}).static(np.array([command]), top)[0]) for each in (value, *spans[key])]
         found.append((command, made[0], min(made[1:]), max(made[1:])))
     return tuple(found)

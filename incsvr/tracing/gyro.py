@@ -8,16 +8,9 @@ from numpy.typing import NDArray
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.words import YAW_WORDS, AxisWords
-from incsvr.tracing.thresholds import (
-    MIN_CLIPPED_LEAP_STEPS,
-    MIN_CLIPPED_SAMPLES,
-    MIN_CLIPPED_SHARE,
-    MIN_CLIPPED_STAY,
-    MIN_STUCK_S,
-    MIN_STUCK_SAMPLES,
-    MIN_STUCK_SHARE,
-    MIN_STUCK_TORQUE_SHARE,
-)
+
+MIN_STUCK_SAMPLES = 10
+"""Samples in a row of which the duration of a stuck rate is taken."""
 
 
 def check_gyro(name: str, time: Array, rate: Array, torque: Array, words: AxisWords = YAW_WORDS) -> None:
@@ -47,16 +40,26 @@ def _runs(rate: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _check_stuck(
-    name: str, time: Array, torque: Array, starts: NDArray[np.intp], lengths: NDArray[np.intp], words: AxisWords
+    name: str,
+    time: Array,
+    torque: Array,
+    starts: NDArray[np.intp],
+    lengths: NDArray[np.intp],
+    words: AxisWords,
+    seconds: float = 5.0,  # for which a rate must stay exactly the same
+    share: float = 0.1,  # of the recording that it must last as well
+    # Of the torque's deviation, that meanwhile would have turned the vehicle: one at rest, or one in a steady turn seen
+    # by a gyro coarser than its noise, may well show one value for long.
+    driven: float = 0.3,
 ) -> None:
     longest = int(np.argmax(lengths))
     first, count = int(starts[longest]), int(lengths[longest])
     last = first + count - 1
     # counted in samples: within a gap of the stream nothing is known to have stood still
     lasted = count * float(np.median(np.diff(time)))
-    if count < MIN_STUCK_SAMPLES or lasted <= MIN_STUCK_S or count <= MIN_STUCK_SHARE * time.size:
+    if count < MIN_STUCK_SAMPLES or lasted <= seconds or count <= share * time.size:
         return
-    if float(np.std(torque[first : last + 1])) > MIN_STUCK_TORQUE_SHARE * float(np.std(torque)):
+    if float(np.std(torque[first : last + 1])) > driven * float(np.std(torque)):
         raise BadInput(
             f"{name}: {words.rate_column} is constant from {time[first]:.6g} to {time[last]:.6g} s while the "
             f"{words.effort} varies; check the gyro, and leave these cells empty or these rows out"
@@ -64,7 +67,15 @@ def _check_stuck(
 
 
 def _check_clipped(
-    name: str, rate: Array, starts: NDArray[np.intp], lengths: NDArray[np.intp], words: AxisWords
+    name: str,
+    rate: Array,
+    starts: NDArray[np.intp],
+    lengths: NDArray[np.intp],
+    words: AxisWords,
+    in_a_row: int = 3,  # samples at the end of the range that are no coincidence
+    share: float = 0.02,  # of the samples there beyond which that is none either
+    stay: float = 3.0,  # at its end, in that elsewhere: a stream held between its samples repeats itself everywhere
+    leap: float = 2.0,  # steps of its resolution by which a clipped rate leaves; a coarse one leaves by one
 ) -> None:
     levels = np.unique(rate)
     gaps = np.diff(levels)
@@ -73,12 +84,12 @@ def _check_clipped(
     inner = (values > levels[0]) & (values < levels[-1])
     usual = float(np.mean(lengths[inner])) if np.any(inner) else 1.0
     for end in (levels[-1], levels[0]):
-        at = np.flatnonzero((values == end) & (lengths >= MIN_CLIPPED_SAMPLES))
+        at = np.flatnonzero((values == end) & (lengths >= in_a_row))
         clipped = int(lengths[at].sum())
-        if clipped <= MIN_CLIPPED_SHARE * rate.size or clipped < MIN_CLIPPED_STAY * usual * at.size:
+        if clipped <= share * rate.size or clipped < stay * usual * at.size:
             continue
         beside = np.concatenate([values[at[at > 0] - 1], values[at[at < values.size - 1] + 1]])
-        if beside.size and float(np.mean(np.abs(beside - end))) > MIN_CLIPPED_LEAP_STEPS * resolution:
+        if beside.size and float(np.mean(np.abs(beside - end))) > leap * resolution:
             raise BadInput(
                 f"{name}: {words.rate_column} is clipped at {end:.4g} {words.rate_unit}, where it stays for "
                 f"{100 * clipped / rate.size:.0f} % of the samples; set the gyro to a wider range, or turn more slowly"

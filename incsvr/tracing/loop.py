@@ -11,11 +11,17 @@ from incsvr.model.fitting import Fit
 from incsvr.signals.settings import MEASURED, TorqueKind
 from incsvr.tracing.answering import Loop, answers, of_this_gyro, standing_time
 from incsvr.tracing.run import Run
-from incsvr.tracing.thresholds import LOOP_CORRELATION, OTHER_GYRO_CORRELATION
+from incsvr.tracing.thresholds import OTHER_GYRO_CORRELATION
 from incsvr.tracing.unseen import Judge
 
 
-def loop_of(runs: Sequence[Run], fitted: Judge, plain: Fit, torque: TorqueKind | None) -> Loop:
+def loop_of(
+    runs: Sequence[Run],
+    fitted: Judge,
+    plain: Fit,
+    torque: TorqueKind | None,
+    least: float = 0.03,  # correlation with which the torque follows the surprise
+) -> Loop:
     """The relation of the torque to the rate.
 
     Args:
@@ -25,7 +31,7 @@ def loop_of(runs: Sequence[Run], fitted: Judge, plain: Fit, torque: TorqueKind |
     if standing_time(runs) > fitted.scale:
         return Loop.OPEN
     answer = answer_left(fitted, plain)
-    if answer < LOOP_CORRELATION:
+    if answer < least:
         return Loop.OPEN
     if torque == MEASURED or of_this_gyro(runs):
         return Loop.CLOSED

@@ -20,6 +20,7 @@ from incsvr.model.rows import Factor, Part, Row
 from incsvr.model.series import effort_of
 from incsvr.model.structure import NO_PRIOR, STAGES, Structure
 from incsvr.numerics import Array, Stream
+from incsvr.numerics.plain import fields_from_plain, fields_to_plain
 from incsvr.plant.axes import YAW
 
 TABLE_RATES = 101
@@ -129,21 +130,12 @@ class TracedModel:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, exact to the last bit through JSON."""
-        return {
-            "inertia": self.inertia, "rate": self.rate.tolist(), "damping": self.damping.tolist(),
-            "effects": [each.to_dict() for each in self.effects], "sigma": self.sigma, "block": self.block,
-            "scale": self.scale, "origin": list(self.origin), "axis": self.axis, "top": self.top,
-        }  # fmt: skip
+        return fields_to_plain(self)
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> TracedModel:
         """Raises an exception of any kind where it is not what `to_dict` can have given."""
-        low, high = data["origin"]
-        return TracedModel(
-            data["inertia"], np.array(data["rate"]), np.array(data["damping"]),
-            tuple(Effect.from_dict(each) for each in data["effects"]),
-            data["sigma"], data["block"], data["scale"], (low, high), data["axis"], data["top"],
-        )  # fmt: skip
+        return fields_from_plain(TracedModel, data)
 
 
 def stages(effects: Iterable[Effect], axis: str) -> list[tuple[str, Stage]]:

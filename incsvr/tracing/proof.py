@@ -13,7 +13,7 @@ from incsvr.numerics import Array, root_mean_square
 from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.held_out import Errors, beats_zero, horizons, trivial
 from incsvr.tracing.statistics import Change, change_of_rms, rms
-from incsvr.tracing.thresholds import INDEPENDENT_BLOCK_SCALES, TORQUE_BLOCK_SCALES
+from incsvr.tracing.thresholds import TORQUE_BLOCK_SCALES
 from incsvr.tracing.unseen import Judge
 
 PLAIN, EFFECTS, OUTPUT_ERROR = "plain", "effects", "plain, free inertia"
@@ -108,7 +108,13 @@ class Changes:
         return {"torque_rmse": self.torque[rival].to_dict(), "free_run_rmse": self.free[rival].to_dict()}
 
 
-def compared(named: Mapping[str, Errors], model: str, unseen: Judge, hold: Sequence[Array]) -> Changes:
+def compared(
+    named: Mapping[str, Errors],
+    model: str,
+    unseen: Judge,
+    hold: Sequence[Array],
+    block: float = 4.0,  # time scales whose differences count as independent: well above the errors' correlation time
+) -> Changes:
     """The changes to one model from the others, from a velocity of zero, and from the first one kept.
 
     Args:
@@ -122,8 +128,8 @@ def compared(named: Mapping[str, Errors], model: str, unseen: Judge, hold: Seque
     free |= {"zero": measured, "hold": tuple(piece - piece[0] for piece in measured)}
     torque = {name: each.torque for name, each in named.items() if each.torque} | {"hold": tuple(hold)}
     return Changes(
-        _changes(free, after.free_run, INDEPENDENT_BLOCK_SCALES * unseen.scale / unseen.sample),
-        _changes(torque, after.torque, INDEPENDENT_BLOCK_SCALES / TORQUE_BLOCK_SCALES),
+        _changes(free, after.free_run, block * unseen.scale / unseen.sample),
+        _changes(torque, after.torque, block / TORQUE_BLOCK_SCALES),
     )
 
 

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from incsvr.model.series import without_pauses
 from incsvr.numerics import Streams
 from incsvr.plant.axes import of_rate
-from incsvr.tracing.run import Run, pieces, stream
+from incsvr.tracing.run import Run, stream
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,24 +32,39 @@ class Recordings:
 
 
 def recordings_of(runs: Sequence[Run], channels: Sequence[str], begin: float | None = None) -> Recordings:
+    """Recordings for the engine; `heading` may be one of the channels, the rest is as in `of_streams`."""
+    axis, whole = runs[0].rate_name, []
+    for run in runs:
+        own = {axis: stream(run, run.yaw_rate), of_rate(axis).effort: stream(run, run.torque)}
+        whole.append(own | {name: stream(run, run.channels[name]) for name in channels})
+    return of_streams(axis, whole, channels, begin)
+
+
+def of_streams(
+    axis: str,
+    whole: Sequence[Streams],
+    channels: Sequence[str],
+    begin: float | None = None,
+    fewest: int = 5,  # samples of rate and effort in a piece
+) -> Recordings:
     """Recordings for the engine.
 
     Args:
-        channels: to be read; `heading` is one.
+        axis: its velocity.
+        whole: each recording's streams by the engine's names.
+        channels: to be read.
         begin: the stamp of zero time where other recordings set it; None for the first stamp.
     """
-    axis = runs[0].rate_name
-    whole = [piece for run in runs for piece in pieces(run)]
-    zero = min(float(piece.time[0]) for piece in whole) if begin is None else begin
-    spans = sorted((float(run.time[0]), float(run.time[-1])) for run in runs)
+    ends = [[(float(t[0]), float(t[-1])) for t, _ in run.values()] for run in whole]
+    spans = sorted((min(first for first, _ in each), max(last for _, last in each)) for each in ends)
+    zero = spans[0][0] if begin is None else begin
     one_clock = all(a[1] <= b[0] for a, b in pairwise(spans))
-    found = []
-    for piece in whole:
-        rate = stream(piece, piece.yaw_rate)
-        own = {axis: rate, of_rate(axis).effort: stream(piece, piece.torque)}
-        own |= {name: stream(piece, piece.channels[name]) for name in channels}
+    pair, found = (axis, of_rate(axis).effort), list[Streams]()
+    for run in whole:
+        own = dict(run)
         if one_clock or begin is not None:  # what other recordings were fitted with is read here, too
-            own["time"] = (rate[0], rate[0] - zero)
-        found.append(own)
+            own["time"] = (run[axis][0], run[axis][0] - zero)
+        parts = without_pauses(own, pair, 10.0)
+        found += [part for part in parts if min(part[name][0].size for name in pair) > fewest]
     names = (*channels, *(("time",) if one_clock else ()))
     return Recordings(axis, tuple(found), zero, one_clock, names)

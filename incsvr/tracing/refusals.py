@@ -14,16 +14,18 @@ from incsvr.plant.axes import of_rate
 from incsvr.plant.words import words_of
 from incsvr.tracing.proof import OUTPUT_ERROR, PLAIN
 from incsvr.tracing.recordings import Recordings
-from incsvr.tracing.thresholds import (
-    IDLE_TORQUE_SHARE,
-    MAX_GAIN_ERROR,
-    MAX_IDLE_SHARE,
-    MIN_IDLE_TURN_DEVIATIONS,
-    MIN_TURN_DEVIATIONS,
-)
 
 
-def refuse_too_little_motion(recordings: Recordings, scale: float, found: Identification | None = None) -> None:
+def refuse_too_little_motion(
+    recordings: Recordings,
+    scale: float,
+    found: Identification | None = None,
+    doubt: float = 0.5,  # the largest relative standard error of the thrust's gain
+    turning: float = 7.0,  # the fastest turns (99 %) in deviations of the gyro's noise, at least
+    turning_idle: float = 35.0,  # the same where the torque is next to nothing for most of the time
+    idle_share: float = 0.85,  # of the time, beyond which it is
+    nothing: float = 0.02,  # of the largest torque, below which one is next to nothing
+) -> None:
     """Raises BadInput where the vehicle hardly moves, or its torque hardly moves it: there anything explains
     everything.
 
@@ -38,14 +40,14 @@ def refuse_too_little_motion(recordings: Recordings, scale: float, found: Identi
     fastest = float(np.quantile(np.abs(values(runs, axis)), 0.99))
     scatter = max(noise(run[axis][1]) for run in runs)
     unsure = 0.0 if found is None else _inertia_error(found, axis)
-    idle = float(np.mean(np.abs(torque) < IDLE_TORQUE_SHARE * float(np.max(np.abs(torque)))))
-    least = MIN_IDLE_TURN_DEVIATIONS if idle > MAX_IDLE_SHARE else MIN_TURN_DEVIATIONS
-    if unsure > MAX_GAIN_ERROR or fastest < least * scatter:
+    idle = float(np.mean(np.abs(torque) < nothing * float(np.max(np.abs(torque)))))
+    least = turning_idle if idle > idle_share else turning
+    if unsure > doubt or fastest < least * scatter:
         words = words_of(of_rate(axis))
-        doubt = f", and its effect would leave the {words.inertia} uncertain by {min(unsure, 9.99):.0%}"
+        unsaid = f", and its effect would leave the {words.inertia} uncertain by {min(unsure, 9.99):.0%}"
         raise BadInput(
             f"too little motion: 99 % of the {words.rates} are below {fastest:.2g} {words.rate_unit} with a gyro noise "
-            f"of {scatter:.1g}, the {words.effort} is near zero for {idle:.0%} of the time{doubt if unsure else ''}; "
+            f"of {scatter:.1g}, the {words.effort} is near zero for {idle:.0%} of the time{unsaid if unsure else ''}; "
             f"drive turns both ways with steps of a quarter, half and all of the {words.effort}, each held for "
             f"{max(2.0 * scale, 5.0):.0f} s, for ten minutes"
         )

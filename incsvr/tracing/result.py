@@ -12,6 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
 from incsvr.model.identification import identify, leaving, remaining
+from incsvr.model.rivals import agreeing
 from incsvr.model.scales import motion_scale
 from incsvr.model.series import effort_of, values
 from incsvr.numerics import Array
@@ -155,7 +156,7 @@ def _result(traced: Traced, ignored: Mapping[str, str], of_thinning: tuple[str, 
 
 
 def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
-    """What remains without the effects whose size the recordings hide, and those: they move the others' sizes.
+    """What remains without the effects whose size the recordings hide, and those; the last of them leaves first.
 
     In open loop the last one leaves, too, while all together hardly better free runs of excluded data.
     """
@@ -166,10 +167,10 @@ def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
         lost = [(one, each) for one, each in pairs if not has_size(each.interval, traced.inertia, traced.sample)]
         late = [(one, each) for one, each in pairs if each.effect in ("torque_lag", "torque_delay")]
         if len(late) == 2 and any(pair in lost for pair in late):  # beside each other either may lose its size
-            lost = [pair for pair in lost if pair not in late]
-            lost.append(min(late, key=lambda pair: remaining(traced.found, [pair[0].name]).value))
+            lost = [min(late, key=lambda pair: remaining(traced.found, [pair[0].name]).value)]
         elif len(late) == 2 and _only_smooth([each for _, each in late]):
-            lost += late
+            lost = late
+        lost = lost if lost == late else lost[-1:]  # the last one may have hidden the size of those before
         why = NO_SIZE
         if not lost and not traced.closed and not any(_better(traced, name) for name in (EFFECTS, f"{EFFECTS}{FREE}")):
             lost, why = [pairs[-1]], NO_GAIN
@@ -203,10 +204,17 @@ def _better(
     traced: Traced,
     name: str,
     least: float = 0.05,  # of their error: effects gain a tenth and more, smoother noise a hundredth
+    sure: float = 0.01,  # of their error, where nearly each free run gains: water that pushes hides the rest
+    agree: float = 0.85,  # seven of eight
 ) -> bool:
     """Whether free runs of excluded data are better with a simulator than with the plain one."""
-    errors = traced.found.excluded
-    return name in errors and float(errors[name][0]) < (1.0 - least) * float(errors[PLAIN][0])
+    found = traced.found
+    if name not in found.excluded:
+        return False
+    left = float(found.excluded[name][0] / found.excluded[PLAIN][0])
+    if left >= 1.0 - least and left < 1.0 - sure:
+        return agreeing(found.models[name], found.models[PLAIN], traced.recordings.streams) >= agree
+    return left < 1.0 - least
 
 
 def _rejected(traced: Traced, hidden: Sequence[RejectedEffect]) -> list[RejectedEffect]:

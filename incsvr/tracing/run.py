@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array, running_integral
+from incsvr.numerics import Array, Streams, running_integral
 from incsvr.plant.axes import YAW, of_rate
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.gyro import check_gyro
-from incsvr.tracing.thresholds import MIN_SAMPLES
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,29 +49,14 @@ def stream(run: Run, values: Array) -> tuple[Array, Array]:
     return run.time[here], values[here]
 
 
-def pieces(run: Run) -> list[Run]:
-    """The run cut where one of the two streams pauses for more than a second and ten of its periods."""
-    cuts = []
-    for values in (run.yaw_rate, run.torque):
-        at, _ = stream(run, values)
-        gaps = np.diff(at)
-        cuts += [(at[k], at[k + 1]) for k in np.flatnonzero(gaps > max(1.0, 10.0 * float(np.median(gaps))))]
-    if not cuts:
-        return [run]
-    pieces = []
-    begin = run.time[0]
-    for gap_begin, gap_end in sorted(cuts):
-        if gap_begin > begin:
-            pieces.append(_part(run, begin, gap_begin))
-        begin = max(begin, gap_end)
-    pieces.append(_part(run, begin, run.time[-1]))
-    return [piece for piece in pieces if all(np.isfinite(v).sum() > 5 for v in (piece.yaw_rate, piece.torque))]
-
-
-def _part(run: Run, begin: float, end: float) -> Run:
-    here = (run.time >= begin) & (run.time <= end)
-    channels = {name: values[here] for name, values in run.channels.items()}
-    return replace(run, time=run.time[here], yaw_rate=run.yaw_rate[here], torque=run.torque[here], channels=channels)
+def as_run(streams: Streams, axis: str = YAW.rate) -> Run:
+    """Streams as the tracer takes them: one column each on the instants of all, NaN where a stream has no value."""
+    time = np.unique(np.concatenate([t for t, _ in streams.values()]))
+    columns = {}
+    for name, (t, values) in streams.items():
+        columns[name] = np.full(time.size, np.nan)
+        columns[name][np.searchsorted(time, t)] = values
+    return Run("the recent data", time, columns.pop("yaw_rate"), columns.pop("torque"), columns, axis)
 
 
 def check(runs: Sequence[Run]) -> None:
@@ -135,7 +119,10 @@ def _integral(run: Run) -> tuple[Array, Array]:
     return at, running_integral(at, rate)
 
 
-def _check_together(runs: Sequence[Run]) -> None:
+def _check_together(
+    runs: Sequence[Run],
+    fewest: int = 200,  # samples of each stream, over all runs, from which on anything is concluded
+) -> None:
     samples = min(
         sum(int(np.isfinite(values).sum()) for values in streams)
         for streams in (
@@ -143,10 +130,8 @@ def _check_together(runs: Sequence[Run]) -> None:
             [run.torque for run in runs],
         )
     )
-    if samples < MIN_SAMPLES:
-        raise BadInput(
-            f"{samples} samples are too few to trace anything; record at least {MIN_SAMPLES}, better ten minutes"
-        )
+    if samples < fewest:
+        raise BadInput(f"{samples} samples are too few to trace anything; record at least {fewest}, better ten minutes")
     rate = np.concatenate([stream(run, run.yaw_rate)[1] for run in runs])
     if np.ptp(rate) <= 1e-9:
         raise BadInput(

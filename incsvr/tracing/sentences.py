@@ -8,7 +8,6 @@ from typing import Any
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.answering import Loop
 from incsvr.tracing.findings import Trace
-from incsvr.tracing.thresholds import MUCH_LEFT_SHARE
 
 LABELS = {
     "moment_nm": ("moment", "{effort_unit}"),
@@ -66,6 +65,8 @@ def of_share(share: float) -> tuple[str, ...]:
     return (f"{share:.0%} of the recordings were fitted, in stretches spread evenly over them: they are long enough",)
 
 
+MUCH_LEFT_SHARE = 0.25
+"""Part of the torque that a model leaves from which the headline says so: a thrust table is known to about a tenth."""
 NAMED_EFFECTS = 3
 """Effects that a headline names; it counts the others."""
 

@@ -12,20 +12,26 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.model.fitting import DEGREES
 from incsvr.numerics import Array, robust_deviation
-from incsvr.tracing.thresholds import (
-    MAX_NAMED_SPELLS,
-    MAX_PERMUTED,
-    MIN_LOUDER_DEVIATION,
-    PERMUTATIONS,
-    PERMUTED_NEIGHBOURS,
-    SPELL_P_VALUE,
-    SPELL_WINDOW_SCALES,
-    STUDENT_DEGREES,
-)
+
+PERMUTED_NEIGHBOURS = 4
+"""Neighbouring innovations that a permutation keeps together: what is left of their correlation."""
 
 
-def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> NDArray[np.bool_]:
+def spells(
+    innovation: Array,
+    moves: Array,
+    per_scale: float,
+    seed: int = 0,
+    # Time scales over which loudness is averaged: shorter than a pause of the thrusters, longer than what the noise's
+    # own correlation leaves.
+    window: float = 6.0,
+    permutations: int = 999,  # of which chance is told: a p-value of a thousandth can be seen
+    most: int = 4000,  # innovations that are looked at; of more, means over neighbours
+    p_value: float = 0.005,  # the largest of a residual that is called one disturbance no more
+    louder: float = 1.5,  # deviation within, over that outside: a sea that is a little rougher does not matter
+) -> NDArray[np.bool_]:
     """(n,) which innovations lie in a spell, where there are more of these than chance would have it; else none.
 
     The variance of the mean loudness log(1 + z²/6) over windows, against the same of permuted blocks: white noise of
@@ -39,11 +45,11 @@ def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> 
     """
     nowhere = np.zeros(innovation.size, dtype=bool)
     usual = robust_deviation(innovation)
-    many = max(innovation.size // MAX_PERMUTED, 1)
-    n, length = innovation.size // many, max(round(SPELL_WINDOW_SCALES * per_scale / many), 2 * PERMUTED_NEIGHBOURS)
+    many = max(innovation.size // most, 1)
+    n, length = innovation.size // many, max(round(window * per_scale / many), 2 * PERMUTED_NEIGHBOURS)
     if n < 4 * length or usual <= 0.0:
         return nowhere
-    loudness = np.log1p((innovation / usual) ** 2 / STUDENT_DEGREES)
+    loudness = np.log1p((innovation / usual) ** 2 / DEGREES)
     usual_moves = np.median(np.abs(moves), axis=0) + 1e-300
     design = np.column_stack([np.ones(innovation.size), np.log1p(np.abs(moves) / usual_moves)])
     loudness = loudness - design @ np.linalg.lstsq(design, loudness)[0]
@@ -51,8 +57,8 @@ def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> 
     loudness = loudness / max(float(np.std(loudness)), 1e-300)
     random = np.random.default_rng(seed)
     folded = loudness[: n // PERMUTED_NEIGHBOURS * PERMUTED_NEIGHBOURS].reshape(-1, PERMUTED_NEIGHBOURS)
-    chance = [_variance(folded[random.permutation(len(folded))].ravel(), length) for _ in range(PERMUTATIONS)]
-    if (1 + np.sum(np.array(chance) >= _variance(loudness, length))) / (PERMUTATIONS + 1) > SPELL_P_VALUE:
+    chance = [_variance(folded[random.permutation(len(folded))].ravel(), length) for _ in range(permutations)]
+    if (1 + np.sum(np.array(chance) >= _variance(loudness, length))) / (permutations + 1) > p_value:
         return nowhere
     short = max(length // 3, PERMUTED_NEIGHBOURS)
     local = np.convolve(loudness, np.full(short, 1.0 / np.sqrt(short)), "same")
@@ -63,13 +69,16 @@ def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> 
     inside, outside = innovation[in_spell], innovation[~in_spell]
     if not inside.size or not outside.size:  # what comes and goes all the time is no spell
         return nowhere
-    return in_spell if float(np.std(inside)) > MIN_LOUDER_DEVIATION * float(np.std(outside)) else nowhere
+    return in_spell if float(np.std(inside)) > louder * float(np.std(outside)) else nowhere
 
 
-def sentence(found: Sequence[tuple[float, float]]) -> str:
+def sentence(
+    found: Sequence[tuple[float, float]],
+    most: int = 5,  # that are named
+) -> str:
     """The sentence on spells, for people."""
-    where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:MAX_NAMED_SPELLS])
-    more = f" and {len(found) - MAX_NAMED_SPELLS} more" if len(found) > MAX_NAMED_SPELLS else ""
+    where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:most])
+    more = f" and {len(found) - most} more" if len(found) > most else ""
     return (
         f"the residual is unusually large at {where}{more}; check the clocks of both streams, arming and the gyro there"
     )

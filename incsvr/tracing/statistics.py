@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from incsvr.numerics import Array
-from incsvr.tracing.thresholds import WHITENING_LAGS
 
 NORMAL_95 = 1.959964
 """Half width of a 95 % interval in deviations."""
@@ -28,7 +27,11 @@ class Change:
         return {"estimate": self.estimate, "low": self.low, "high": self.high}
 
 
-def whitened(values: Array, starts: NDArray[np.intp]) -> Array:
+def whitened(
+    values: Array,
+    starts: NDArray[np.intp],
+    lags: int = 3,  # past values that whiten the present one
+) -> Array:
     """(n,) values less what their own past tells; zero at the beginning of pieces, where there is none.
 
     Args:
@@ -37,10 +40,10 @@ def whitened(values: Array, starts: NDArray[np.intp]) -> Array:
     """
 
     def past(of: Array) -> Array:
-        return np.stack([np.roll(of, k) for k in range(1, WHITENING_LAGS + 1)], axis=1)
+        return np.stack([np.roll(of, k) for k in range(1, lags + 1)], axis=1)
 
     usable = np.ones(values.size, dtype=bool)
-    for k in range(WHITENING_LAGS):
+    for k in range(lags):
         usable[np.minimum(starts[:-1] + k, values.size - 1)] = False
     theta = np.linalg.lstsq(past(values)[usable], values[usable])[0]
     return np.where(usable, values - past(values) @ theta, 0.0)

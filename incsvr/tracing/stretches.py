@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.model.scales import motion_scale
-from incsvr.model.series import duration, values
-from incsvr.numerics import Stream, Streams
+from incsvr.model.series import between, duration, values
+from incsvr.numerics import Streams
 from incsvr.tracing.recordings import Recordings
 
 
@@ -35,11 +35,4 @@ def _stretches(run: Streams, axis: str, share: float, long: float) -> Sequence[S
     number = max(round(share * (end - begin) / long), 1)
     lasts = share * (end - begin) / number
     starts = begin + (end - begin - lasts) * (np.arange(number) + 0.5) / number
-    return [{name: _between(each, start, start + lasts) for name, each in run.items()} for start in starts.tolist()]
-
-
-def _between(stream: Stream, first: float, last: float) -> Stream:
-    """The samples from one instant to another, with the one before, which may still act."""
-    t, v = stream
-    a, b = max(int(np.searchsorted(t, first, side="right")) - 1, 0), int(np.searchsorted(t, last, side="right"))
-    return t[a:b], v[a:b]
+    return [{name: between(each, start, start + lasts) for name, each in run.items()} for start in starts.tolist()]

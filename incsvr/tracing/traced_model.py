@@ -12,7 +12,6 @@ from incsvr.model.rows import Row
 from incsvr.model.series import effort_of, values
 from incsvr.numerics import Array
 from incsvr.tracing.model import TABLE_RATES, Effect, TracedModel
-from incsvr.tracing.thresholds import TABLED_RATE_QUANTILES
 from incsvr.tracing.vocabulary import contract_name
 
 DAMPING = ("linear", "quadratic", "bend")
@@ -27,6 +26,7 @@ def traced_model(
     sigma: float,
     block: float,
     scale: float,
+    learned: tuple[float, float] = (0.002, 0.998),  # quantiles of the rates between which the damping was learned
 ) -> TracedModel:
     """The model as a TracedModel; an inertia that is free in the fit is an effect.
 
@@ -39,7 +39,7 @@ def traced_model(
     """
     (axis,) = model.structure.axes
     runs = model.problem.windows.runs
-    low, high = (float(q) for q in np.quantile(values(runs, axis), TABLED_RATE_QUANTILES))
+    low, high = (float(q) for q in np.quantile(values(runs, axis), learned))
     sides = [np.linspace(min(low, -1e-6), 0.0, TABLE_RATES), np.linspace(0.0, max(high, 1e-6), TABLE_RATES)]
     rate = np.unique(np.concatenate(sides))
     end = max(float(run[axis][0][-1]) for run in runs)

@@ -10,9 +10,10 @@ import numpy as np
 from incsvr.model.efforts import Stage
 from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
-from incsvr.model.left_out import fold_parameters, folds, left_out_errors
+from incsvr.model.left_out import left_out_errors
+from incsvr.model.rivals import free_runs, free_windows
 from incsvr.model.scales import motion_scale
-from incsvr.model.series import duration, period
+from incsvr.model.series import period
 from incsvr.model.simulation import predict
 from incsvr.model.structure import Structure
 from incsvr.model.windows import Windows, cut
@@ -33,7 +34,6 @@ class Judge:
         scale: of the motion [s].
         block: of the torque's error [s].
         excluded: whether each fold of the recordings is predicted by the fit without it, else all by the whole fit.
-        few: folds of one recording or two.
     """
 
     recordings: Recordings
@@ -42,7 +42,6 @@ class Judge:
     scale: float
     block: float
     excluded: bool
-    few: int = 8  # as the folds of a fit
 
     @property
     def sample(self) -> float:
@@ -52,9 +51,7 @@ class Judge:
     @cached_property
     def whole(self) -> Windows:
         """A window for each free run: a recording, or a fold of it."""
-        streams = self.recordings.streams
-        split = self.excluded and len(streams) < 3
-        return self._cut(duration(streams, self.recordings.axis) / self.few if split else np.inf)
+        return self._cut(np.inf)
 
     @cached_property
     def blocks(self) -> Windows:
@@ -67,7 +64,7 @@ class Judge:
         return [self._cut(max(scales * self.scale, self.sample)) for scales in HORIZON_SCALES]
 
     def _cut(self, horizon: float) -> Windows:
-        return cut(self.recordings.streams, replace(self.structure, predictor=False), self.step, horizon)
+        return free_windows(self.structure, self.step, self.recordings.streams, horizon, self.excluded)
 
     def errors(self, model: Fit, free_runs_alone: bool = False) -> Errors:
         """The errors of a model."""
@@ -141,18 +138,9 @@ class Judge:
         change = windows.measured[last] - windows.starts[0, windows.window[last]]
         return Ahead(error, change, windows.measured[last])
 
-    def _predicted(self, model: Fit, windows: Windows, runaway: float = 10.0) -> Array:
-        """(samples,) the model's velocities from the measured first one of each window; beyond so many of the fastest
-        measured ones a model has run away, and stays there."""
-        structure = replace(model.structure, predictor=False)
-        columns = fold_parameters(model) if self.excluded else np.array([[model.theta[name]] for name in model.names])
-        columns = columns[[model.names.index(name) for name in structure.names]]
-        fold = folds(windows, self.few) if self.excluded else np.zeros(windows.first.size, dtype=np.intp)
-        starts = np.repeat(windows.starts[:, None], columns.shape[1], axis=1)
-        predicted = predict(structure, columns, windows, starts)
-        own = np.minimum(fold, columns.shape[1] - 1)[windows.window]
-        most = runaway * float(np.max(np.abs(windows.measured)))
-        return np.asarray(np.clip(predicted[np.arange(own.size), own], -most, most))
+    def _predicted(self, model: Fit, windows: Windows) -> Array:
+        """(samples,) the model's velocities from the measured first one of each window."""
+        return free_runs(model, windows, self.excluded, 10.0)
 
 
 def judge(recordings: Recordings, model: Fit, fitted: Recordings, excluded: bool) -> Judge:

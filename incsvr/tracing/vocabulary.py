@@ -126,6 +126,12 @@ WORDS: dict[str, Word] = {
         "the thrusters have a dead band: they give nothing while the commanded {moment} is small",
         "small commands within the band, beside larger ones",
     ),
+    "gap": Word(
+        "dead_zone", _THRUST, of_stage("half_width_nm", "gap"),
+        "a = 0 for |τ| < w, a = τ otherwise",
+        "the thrusters have a dead band: they give nothing while the commanded {moment} is small, and all of it beyond",
+        "small commands within the band, beside larger ones",
+    ),
     "reverse": Word(
         "torque_asymmetry", _THRUST, of_stage("reverse_efficiency", "reverse"),
         "a = e τ for τ < 0, a = τ otherwise",
@@ -136,6 +142,11 @@ WORDS: dict[str, Word] = {
         "torque_saturation", _THRUST, of_stage("limit_nm", "limit"),
         "a = τ for |τ| < L, a = L sgn(τ) otherwise", "the thrust is cut at a limit",
         "commands beyond the limit, beside smaller ones",
+    ),
+    "sag": Word(
+        "torque_saturation", _THRUST, of_stage("limit_nm", "sag"),
+        "a = τ / (1 + |τ/L|³)^⅓", "the thrust falls short by and by and bends to a limit L",
+        "commands near the limit and beyond, beside smaller ones",
     ),
     "exponent": Word(
         "thrust_curve", _THRUST, of_stage("exponent", "exponent"),
@@ -182,7 +193,7 @@ WORDS: dict[str, Word] = {
     "drag_step": Word(
         "drag_step", _CLOCK, drag_step_values,
         "I ṙ + d(r) + c r |r| = τ from the instant t_s on; f is the share of the damping's mean power",
-        "the damping {linear}, {force_symbol}_{{{symbol}|{symbol}|}} jumps at one instant: another hull, a payload, "
+        "the damping {linear}, {force_symbol}_{{{symbol}|{symbol}|}} jumps at one instant: a cover, a payload, "
         "something caught",
         "the same {rates} before and after the instant", unsure_instant,
     ),

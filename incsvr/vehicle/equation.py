@@ -18,8 +18,8 @@ CALLED = {
     "thrust_speed": "inflow", "inflow": "advance",
 }  # fmt: skip
 """Kinds of rows that a vehicle file calls otherwise."""
-LEFT = ("memory", "gyro_bias")
-"""Effects that a vehicle file has no term for."""
+LEFT = ("memory", "gyro_bias", "gap", "sag")
+"""Effects that a vehicle file has no term for; of a dead band and a limit it has one shape each."""
 
 
 def row_of(term: Term) -> Row:
@@ -39,7 +39,7 @@ def row_of(term: Term) -> Row:
         case "cross":
             return row(value(of[0]))
         case "cross_size":
-            return row(size(of[0]), value(of[1]))
+            return row(size(of[0]), value(of[1]) if of[1:] else ONE)
         case "product" | "square":
             return row(value(of[0]), value(of[-1]))
         case "effort":
@@ -70,6 +70,8 @@ def terms_of(row: Row) -> list[tuple[Term, float]]:
         axis = of_rate(part.axis).name
         if row.name == "bend:uneven":
             found.append((Term(axis, "square", (part.axis,)), 1.0))
+        elif row.name == "bend:uneven linear":
+            found.append((Term(axis, "cross_size", (part.axis,)), 1.0))
         elif kind in ("coulomb", "coulomb_asymmetry", "bend"):
             found.append((Term(axis, kind, (f"{part.one.width:.4g}",)), 1.0))
         elif kind == "effort":

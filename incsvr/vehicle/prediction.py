@@ -11,12 +11,12 @@ import numpy as np
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import fold_parameters, folds
 from incsvr.model.rows import Row, free_products, row, value
+from incsvr.model.series import between
 from incsvr.model.simulation import simulate
 from incsvr.model.structure import Structure
 from incsvr.model.windows import Windows, cut
 from incsvr.numerics import Array, Streams, root_mean_square
 from incsvr.plant.axes import AXES, VELOCITIES, of_rate
-from incsvr.vehicle.runs import between
 
 HORIZONS_S = (1.0, 5.0, 20.0)
 """The horizons at which predictions are judged [s]."""

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array, Stream, Streams
+from incsvr.model.series import together, without_pauses
+from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES
 
 ANGLES = ("roll", "pitch", "heading")
 """φ, θ and ψ [rad] as recordings call them."""
-MAX_GAP_S = 1.0
-"""Longest pause of a stream that a line bridges [s]; a run ends at a longer one. A Doppler log sends once a second."""
 MIN_SAMPLES = 20
 """Samples of the slowest velocity in the shortest stretch that is fitted: a shorter one contains hardly a window."""
 HELD_SHARE = 0.3
@@ -37,8 +36,9 @@ def prepared(runs: Sequence[Streams]) -> list[Streams]:
         raise BadInput(
             "no velocity that changes is in every recording; name them: --column surge=NAME --column yaw_rate=NAME"
         )
-    found = [part for run in runs for part in _without_gaps({name: run[name] for name in recorded})]
-    found = [part for part in found if min(part[name][0].size for name in velocities) > MIN_SAMPLES]
+    common = [together({name: run[name] for name in recorded}) for run in runs]
+    parts = [part for run in common if _whole(run) for part in without_pauses(run, recorded, 5.0) if _whole(part)]
+    found = [part for part in parts if min(part[name][0].size for name in velocities) > MIN_SAMPLES]
     if not found:
         raise BadInput(
             "no stretch without gaps is long enough; give longer recordings, in which all velocities and efforts come "
@@ -64,26 +64,6 @@ def is_held(values: Array) -> bool:
     return moved.size > 1 and float(np.mean(np.diff(moved) == 0.0)) >= HELD_SHARE
 
 
-def between(stream: Stream, first: float, last: float) -> Stream:
-    """The part of a stream between two instants, with the value that is in force at the first one."""
-    time, values = stream
-    begin = max(int(np.searchsorted(time, first, side="right")) - 1, 0)
-    end = int(np.searchsorted(time, last, side="right"))
-    return time[begin:end], values[begin:end]
-
-
-def _without_gaps(streams: Streams) -> list[Streams]:
-    """The stretches in which every stream comes without a long pause."""
-    first = max(float(time[0]) for time, _ in streams.values())
-    last = min(float(time[-1]) for time, _ in streams.values())
-    pauses = []
-    for time, _ in streams.values():
-        long = np.flatnonzero(np.diff(time) > max(MAX_GAP_S, 5.0 * float(np.median(np.diff(time)))))
-        pauses += [(float(time[k]), float(time[k + 1])) for k in long]
-    found, begin = [], first
-    for stop, resume in [*sorted(pauses), (last, last)]:
-        if min(stop, last) > begin:
-            parts = {name: between(stream, begin, min(stop, last)) for name, stream in streams.items()}
-            found.append(parts)
-        begin = max(begin, resume)
-    return [each for each in found if all(time.size > 1 for time, _ in each.values())]
+def _whole(run: Streams) -> bool:
+    """Whether every stream moves on."""
+    return all(time.size > 1 for time, _ in run.values())

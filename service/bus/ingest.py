@@ -38,8 +38,8 @@ class Subscriptions(Protocol):
     def waiting(self) -> float:
         """The messages that wait to be read, as a part of those that may."""
 
-    def read(self) -> Sequence[Values]:
-        """The values that came since the last call, in the order in which the learner takes them."""
+    def read(self) -> Sequence[tuple[str, Values]]:
+        """Streams' values that came since the last call, in the order in which the learner takes them."""
 
     def close(self) -> None:
         """Ends them."""
@@ -59,7 +59,7 @@ class Feed:
         self.onward: defaultdict[str, list[Listener]] = defaultdict(list)
         self.watched: defaultdict[str, list[Watcher]] = defaultdict(list)
         self.elsewhere: set[str] = set()
-        self._waiting: list[list[Values]] = [[] for _ in subscriptions]
+        self._waiting: list[list[tuple[str, Values]]] = [[] for _ in subscriptions]
 
     def waiting(self) -> float:
         """The messages that wait to be read, as a part of those that may: 0 where there is nothing to do."""
@@ -74,17 +74,17 @@ class Feed:
         """Reads what has come and tells it onward, before any of it is learned from: `learn` follows."""
         batch_waits = False
         for subscriptions, waiting in zip(self._subscriptions, self._waiting, strict=True):
-            for each in subscriptions.read():
-                if each.name not in self.elsewhere:
-                    self._watch.add_values(each.name, each.t, each.value)
-                for watcher in self.watched.get(each.name, ()):
+            for name, each in subscriptions.read():
+                if name not in self.elsewhere:
+                    self._watch.add_values(name, each.t, each.value)
+                for watcher in self.watched.get(name, ()):
                     watcher(each.t, each.value)
                 learnable = each.to_learn()
                 if learnable is None:
                     continue
-                if each.name not in self.elsewhere:
-                    waiting.append(learnable)
-                for listener in self.onward.get(each.name, ()):
+                if name not in self.elsewhere:
+                    waiting.append((name, learnable))
+                for listener in self.onward.get(name, ()):
                     batch_waits |= listener(learnable.t, learnable.value)
         return batch_waits
 
@@ -92,8 +92,8 @@ class Feed:
         """Passes on what was read to the learner; True where a batch waits."""
         batch_waits = False
         for waiting in self._waiting:
-            for each in waiting:
-                batch_waits |= self._node.push(each.name, each.t, each.value)
+            for name, each in waiting:
+                batch_waits |= self._node.push(name, each.t, each.value)
             waiting.clear()
         return batch_waits
 
@@ -206,9 +206,9 @@ class Ingest:
         self._fill()
         return max(queue.part(self._places) for queue in self._queues)
 
-    def read(self) -> Sequence[Values]:
-        """The values since the last call; all may be learned from."""
-        read: list[Values] = []
+    def read(self) -> Sequence[tuple[str, Values]]:
+        """The streams' values since the last call; all may be learned from."""
+        read: list[tuple[str, Values]] = []
         for queue in self._queues:
             # Taken together, because the cost lies in the calls: a message alone costs twenty times as much.
             taken: dict[str, tuple[list[Any], list[Any]]] = {}
@@ -217,7 +217,7 @@ class Ingest:
                 self._take(sample, payload, queue.name, taken)
                 if size > LARGE_MESSAGE_BYTES:
                     self._fill()  # to read it took long
-            read += [Values(stream, *_arrays(t, value)) for stream, (t, value) in taken.items() if t]
+            read += [(stream, Values.of(*_arrays(t, value))) for stream, (t, value) in taken.items() if t]
         return read
 
     def close(self) -> None:

@@ -30,7 +30,7 @@ from service.inputs.bus_keys import BRIDGE_TOKENS, announced_type
 from service.inputs.input_mapper import InputMapper
 from service.inputs.live_clock import RATE
 from service.inputs.mapper import TORQUE
-from service.inputs.presets.ros import LISTENED_TYPES
+from service.inputs.presets import ROS2
 from service.inputs.settings import Axis, Inputs, Source
 from service.inputs.values import Values
 from service.recordings.archive import Archive
@@ -126,7 +126,7 @@ class Arrivals:
     def _listen(self, token: str) -> None:
         """Listens to what a bridge of ROS 2 announces, where its type is read."""
         found = announced_type(token)
-        if found is not None and found[1] in LISTENED_TYPES and found[0] not in self._hearing.types:
+        if found is not None and found[1] in ROS2.listened and found[0] not in self._hearing.types:
             key, kind = found
             self._hearing.types[key] = kind
             self.subscribe(key)
@@ -174,15 +174,15 @@ class MappedIngest:
         """The messages that wait to be read, as a part of those that may."""
         return self._arrivals.waiting()
 
-    def read(self) -> list[Values]:
-        """The values since the last call; they may be learned from while the vehicle is armed."""
-        came: list[Values] = []
+    def read(self) -> list[tuple[str, Values]]:
+        """The streams' values since the last call; they may be learned from while the vehicle is armed."""
+        came: list[tuple[str, Values]] = []
         arrivals = self._arrivals.take()
         while messages := list(islice(arrivals, TURN_MESSAGES)):
             with self._lock:
                 found = self.mapper.take(messages)
             # A sample is complete when both others have passed it, and takes what there is of channels: they go first.
-            came += [found[name] for name in sorted(found, key=lambda name: {TORQUE: 1, RATE: 2}.get(name, 0))]
+            came += sorted(found.items(), key=lambda each: {TORQUE: 1, RATE: 2}.get(each[0], 0))
         for each in self.mapper.numbers:
             self._watch.add_number(*each)
         self.mapper.numbers.clear()

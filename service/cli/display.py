@@ -18,6 +18,7 @@ from rich.text import Text
 
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
+from incsvr.signals import REQUIRED, TORQUE, YAW_RATE
 from service.cli.terminal import behind, shown
 from service.inputs.units import si_unit
 from service.wire import Health, ModelSnapshot, StreamHealth
@@ -35,9 +36,6 @@ class Console(RichConsole):
 
 
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
-STREAM_NAMES = {"yaw_rate": "{rate}", "torque": "{effort}"}
-"""Names of the two streams for people; names and units are templates of `AxisWords`."""
-STREAM_UNITS = {"yaw_rate": "{rate_unit}", "torque": "{effort_unit}"}
 SHOWN_RATES = 5
 """Rates at which the model is shown, over its trained range."""
 
@@ -84,12 +82,13 @@ def _heard(health: Health, axis: Axis) -> Table:
 
 def _called(name: str, axis: Axis) -> str:
     """The name of a stream for people."""
-    return words_of(axis).fill(STREAM_NAMES[name]) if name in STREAM_NAMES else name
+    return words_of(axis).stream(name) if name in REQUIRED else name
 
 
 def stream_unit(name: str, axis: Axis) -> str:
     """The unit of a learner's stream; empty where its name is no known one."""
-    return words_of(axis).fill(STREAM_UNITS[name]) if name in STREAM_UNITS else si_unit(name)
+    words = words_of(axis)
+    return {YAW_RATE: words.rate_unit, TORQUE: words.effort_unit}.get(name) or si_unit(name)
 
 
 def _columns(name: str, stream: StreamHealth, axis: Axis) -> tuple[str, ...]:
@@ -119,12 +118,12 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
     noise = "" if model.noise is None else f", noise {model.noise:.3g} {words.effort_unit}"
     traced = "" if model.inertia_in_force == model.inertia else f", traced ({model.inertia:g} declared)"
     inertia = f"{words.inertia_symbol} = {model.inertia_in_force:.4g} {words.inertia_unit}"
-    held = f"{len(model.support)} vectors, {inertia}{traced}{noise}"
+    held = f"{model.model.support_rate.size} vectors, {inertia}{traced}{noise}"
     facts.add_row("model", f"revision {model.revision}, iteration {model.iteration}, of {model.t:.1f} s")
     facts.add_row("", held)
-    if model.trained_range is not None:
-        rates = np.linspace(*model.trained_range, SHOWN_RATES)
-        curve = model.model().predict(rates)
+    if model.model.trained_range is not None:
+        rates = np.linspace(*model.model.trained_range, SHOWN_RATES)
+        curve = model.model.predict(rates)
         rows = (
             (f"rate {words.rate_unit}", rates, 3),
             (f"damping {words.effort_unit}", curve.damping, 3),
@@ -219,6 +218,6 @@ def _value(value: float | None, unit: str) -> str:
 
 def _damping(model: ModelSnapshot, unit: str) -> str:
     """The damping at half of the fastest velocity that was learned."""
-    if model.trained_range is None:
+    if model.model.trained_range is None:
         return "–"
-    return f"{float(model.model().predict([0.5 * model.trained_range[1]]).damping[0]):.3g} {unit}"
+    return f"{float(model.model.predict([0.5 * model.model.trained_range[1]]).damping[0]):.3g} {unit}"

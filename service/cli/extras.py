@@ -76,3 +76,25 @@ def load_package(module: str, path: Path | str, what: str) -> Any:
             f"{path}: {what} is read by the package {package}, which does not load here ({error}); "
             f"install it: {how_to_install(package)}"
         ) from None
+
+
+def plots() -> Any:
+    """The module that draws figures; loaded when asked for, so that learning and tracing need no drawing library.
+
+    Raises:
+        BadInput: matplotlib is not installed; the sentence names the command that installs it.
+    """
+    return _drawing("viewer.plots", "plots")
+
+
+def reports() -> Any:
+    """The module that makes reports; otherwise as `plots`."""
+    return _drawing("viewer.report", "reports")
+
+
+def _drawing(module: str, what: str) -> Any:
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as missing:
+        package = missing.name or module
+        raise BadInput(f"{what} need {package}, which is not installed: {how_to_install(package)}") from missing

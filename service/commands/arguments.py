@@ -7,12 +7,12 @@ import shlex
 import sys
 from collections.abc import Callable, Collection, Mapping
 from datetime import UTC, datetime
-from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from service.cli.extras import reports
 from service.cli.output import add_json_argument, emit, report_destination
 from service.cli.parser import one_of
 from service.config.sources import add_client_arguments, add_set_argument
@@ -61,9 +61,9 @@ def add_report_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def emit_with_report(
-    args: argparse.Namespace, result: Mapping[str, Any], text: str, write: Callable[[ModuleType], object]
+    args: argparse.Namespace, result: Mapping[str, Any], text: str, page: Callable[[ModuleType], object]
 ) -> None:
-    """Prints the result, and keeps it whatever becomes of the report, which `write` makes by the module that draws.
+    """Prints the result, and keeps it whatever becomes of the report, which `page` makes by the module that draws.
 
     That is loaded where `--report` was given, so that learning and tracing need no drawing library.
     """
@@ -71,7 +71,8 @@ def emit_with_report(
         emit(args, result, text)
     finally:
         if args.report:
-            write(import_module("viewer.report"))
+            drawn = reports()
+            drawn.save(page(drawn), args.report)
 
 
 def provenance(args: argparse.Namespace) -> dict[str, str]:

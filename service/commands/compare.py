@@ -51,6 +51,6 @@ def run(args: argparse.Namespace) -> int:
         args,
         result.to_dict(),
         str(result),
-        lambda report: report.write_dives(found, explanations(found), args.report, provenance(args)),
+        lambda report: report.dives_page(found, explanations(found), provenance(args)),
     )
     return 0

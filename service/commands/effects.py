@@ -8,6 +8,7 @@ from typing import Any
 
 from incsvr.compensation.proof import errors
 from incsvr.errors import BadInput
+from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import AXES
 from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
 from service.bus.client import NoAnswer, bus_client
@@ -40,7 +41,9 @@ def run(args: argparse.Namespace) -> int:
         if args.verb is None:
             raise
         raise NoAnswer(f"{error}; on a secured bus only the role operator may decide") from error
-    emit(args, ledger.model_dump(mode="json", exclude={"batch"}), text(ledger, words_of(AXES[config.vehicle.axis])))
+    told = to_plain(ledger)
+    del told["batch"]
+    emit(args, told, text(ledger, words_of(AXES[config.vehicle.axis])))
     return 0
 
 

@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
         args,
         result,
         words,
-        lambda report: report.write_fit(result, found.pictures, args.report, found.axis, provenance(args)),
+        lambda report: report.fit_page(result, found.pictures, found.axis, provenance(args)),
     )
     return 0
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from service import wire
@@ -56,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
             planned, note = _without_plan(client, args.seconds, axis)
         payload = None if planned is None else wire.encode(planned)
         reply = client.ask(client.keys.forecast, ForecastReply, payload)
-    emit(args, reply.model_dump(mode="json"), "\n".join([*([note] if note else []), text(reply, axis)]))
+    emit(args, to_plain(reply), "\n".join([*([note] if note else []), text(reply, axis)]))
     return 0
 
 

@@ -40,6 +40,6 @@ def run(args: argparse.Namespace) -> int:
         args,
         result.to_dict(),
         words,
-        lambda report: report.write_vehicle(result.found, args.report, result.notes, provenance(args)),
+        lambda report: report.vehicle_page(result.found, result.notes, provenance(args)),
     )
     return 0

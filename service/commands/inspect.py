@@ -19,15 +19,15 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.words import words_of
 from incsvr.signals.message_rates import slow_torque
+from service.cli.extras import plots
 from service.cli.next_command import LOG_FLAGS, following, with_next
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
 from service.config.sources import add_client_arguments, from_arguments
-from service.fitting.results import plots
 from service.inputs.arming import arming_spans, is_within
 from service.inputs.clocks import without_leaps
 from service.inputs.measured_streams import MeasuredStreams
-from service.inputs.presets import Proposal
+from service.inputs.proposal import Proposal
 from service.inputs.settings import Inputs, Source, Thrusters
 from service.inputs.table import Table, Topic
 from service.inputs.units import si_unit, units_of

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from incsvr.errors import BadInput
+from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from service.bus.client import bus_client
@@ -33,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     axis = config.axis_asked
     reply, learned = ask(config, *velocities(args.rates, axis), args.wait)
     first = not_learned(reply, learned, axis)
-    emit(args, reply.model_dump(mode="json"), "\n".join([*([first] if first else []), table(reply, axis)]))
+    emit(args, to_plain(reply), "\n".join([*([first] if first else []), table(reply, axis)]))
     return 0
 
 
@@ -87,7 +88,7 @@ def ask(
         asked = ";".join(f"{name}={','.join(map(repr, values))}" for name, values in named.items())
         reply = client.ask(f"{client.keys.damping}?{asked}", DampingReply)
         model = client.ask_if_any(client.keys.model, ModelSnapshot) if any(reply.extrapolated) else None
-        return reply, None if model is None else model.trained_range
+        return reply, None if model is None else model.model.trained_range
 
 
 def not_learned(reply: DampingReply, learned: tuple[float, float] | None, axis: Axis = YAW) -> str | None:

@@ -22,6 +22,7 @@ from rich.console import Group, RenderableType
 from rich.live import Live
 
 from incsvr.errors import BadInput
+from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import AXES, YAW, Axis
 from service.bus.client import Client, NoAnswer, bus_client
 from service.bus.session import stop_event
@@ -105,8 +106,8 @@ def _plain(state: AxisState) -> dict[str, Any]:
     """The value as JSON writes it."""
     model = state.model
     return {
-        "health": state.health.model_dump(mode="json"),
-        "model": None if model is None else model.model_dump(mode="json"),
+        "health": to_plain(state.health),
+        "model": None if model is None else to_plain(model),
     }
 
 

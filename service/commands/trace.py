@@ -38,6 +38,6 @@ def run(args: argparse.Namespace) -> int:
         args,
         traced.to_dict(),
         str(traced),
-        lambda report: report.write(traced.found, args.report, traced.axis, provenance(args)),
+        lambda report: report.trace_page(traced.found, traced.axis, provenance(args)),
     )
     return 0

@@ -5,6 +5,7 @@ What is wrong is said in one sentence that names where it came from. `service.co
 
 from __future__ import annotations
 
+from collections import ChainMap, defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -163,13 +164,13 @@ class Config(Section):
         said = "axis" in self.vehicle.model_fields_set or last not in AXES
         return AXES[self.vehicle.axis if said else last]
 
-    def each(self) -> tuple[Config, ...]:
-        """The configuration of every learner in this process.
+    def each(self, where: Mapping[tuple[str, ...], str] = MappingProxyType({})) -> tuple[Config, ...]:
+        """The configuration of every learner in this process; `where` says of the place of a value where it came from.
 
         Raises:
             BadInput: two of them share a name that each needs for itself.
         """
-        learners = tuple(self.named().values())
+        learners = tuple(self.named(where).values())
         prefixes = [config.prefix for config in learners]
         twice = {prefix for prefix in prefixes if prefixes.count(prefix) > 1}
         if twice:
@@ -190,12 +191,16 @@ class Config(Section):
         if not self.learners:
             return {"": self}
         found: dict[str, Config] = {}
+        everywhere = dict(where)
+        below: defaultdict[str, dict[tuple[str, ...], str]] = defaultdict(dict)
+        for place, source in where.items():
+            if place[0] == "learners" and len(place) > 2:
+                below[place[1]][place[2:]] = source
         for name, own in self.learners.items():
             if "learners" in own:
                 raise BadInput(f"learners.{name} has learners of its own; list all of them in one section")
             values = merge(self.model_dump(exclude={"learners"}, exclude_unset=True), own)
-            below = {place[2:]: source for place, source in where.items() if place[:2] == ("learners", name)}
-            config = _of_its_axis(values, own, {**where, **below})
+            config = _of_its_axis(values, own, ChainMap(below[name], everywhere))
             first = next((each for each in found.values() if each.hears(config)), config)
             if first is not config and "inputs" not in own:
                 config = config.model_copy(update={"inputs": Inputs()})

@@ -16,11 +16,11 @@ from incsvr.errors import BadInput
 from service.config.configuration import Config, merge, unknown, validate
 from service.config.core_yaml import MAX_CHARACTERS, Document, parse
 from service.config.vehicle_file import learners_in
+from service.inputs.presets import ON_BUS
 
 ROUTER = "tcp/127.0.0.1:7447"
 """The endpoint at which the router of BlueOS, of rmw_zenoh and of a Keelson vessel listens; the learner is one more
 client of it."""
-_ROUTED = ("blueos", "ros2", "keelson")
 _PLACES = ("listen", "connect", "zenoh_file")
 _BLUEROV: dict[str, Any] = {
     # A six-thruster ROV: I from a published identification, the rest as `incsvr fit` scaled it to runs of that vehicle
@@ -44,13 +44,17 @@ _BLUEROV: dict[str, Any] = {
 }
 
 
+VARIABLES = "INCSVR_"
+"""The begin of the names of variables."""
+
+
 def defaults(values: Mapping[str, Any]) -> dict[str, Any]:
     """The values of a configuration's preset that the configuration does not set itself."""
     inputs = values.get("inputs")
     preset = inputs.get("preset") if isinstance(inputs, Mapping) else None
     found = dict(_BLUEROV) if preset == "blueos" else {}
     bus = values.get("bus")
-    if preset in _ROUTED and not (isinstance(bus, Mapping) and any(bus.get(name) for name in _PLACES)):
+    if preset in ON_BUS and not (isinstance(bus, Mapping) and any(bus.get(name) for name in _PLACES)):
         found["bus"] = {"connect": ROUTER}
     vehicle = values.get("vehicle")
     if isinstance(inputs, Mapping) and isinstance(inputs.get("thrusters"), Mapping) and isinstance(vehicle, Mapping):
@@ -132,14 +136,13 @@ def read(
         where |= {place: f"{path}, line {line}" for place, line in lines.items()}
     variables = _variables()
     for place in _places(variables):
-        where[place] = "the variable INCSVR_" + "__".join(place).upper()
+        where[place] = f"the variable {VARIABLES}{'__'.join(place).upper()}"
     values = merge(merge(values, variables), flags or {})
     if vehicle is not None:
         values = merge({"learners": learners_in(vehicle)}, values)
     where |= origin or {}
     config = validate(merge(defaults(values), values), where)
-    config.named(where)
-    first = config.each()[0]
+    first = config.each(where)[0]
     return config if "prefix" in values else config.model_copy(update={"prefix": first.prefix})
 
 
@@ -170,29 +173,24 @@ def _from_file(path: Path) -> Document:
 
 
 def _variables() -> dict[str, Any]:
-    """The values of the INCSVR_… variables, nested."""
-    named = sorted(name for name in os.environ if name.startswith("INCSVR_"))
-    for name in named:
-        top = name.removeprefix("INCSVR_").partition("__")[0].lower()
-        if top not in Config.model_fields:
-            raise BadInput(f"the variable {name}: {unknown(top)}")
-    if not named:
-        return {}
-    # Loaded where it is needed alone: it brings 10 MB and a quarter of a second with it.
-    from pydantic.fields import FieldInfo
-    from pydantic_settings import BaseSettings, EnvSettingsSource, SettingsConfigDict, SettingsError
+    """The values of the INCSVR_… variables, nested, each read as in the file."""
+    found: dict[str, Any] = {}
+    for name in sorted(each for each in os.environ if each.startswith(VARIABLES)):
+        place = _place(name.removeprefix(VARIABLES).lower().split("__"))
+        if place[0] not in Config.model_fields:
+            raise BadInput(f"the variable {name}: {unknown(place[0])}")
+        found = merge(found, _nested(place, parse(os.environ[name], f"the variable {name}").value))
+    return found
 
-    class Variables(Config, BaseSettings):
-        model_config = SettingsConfigDict(env_prefix="INCSVR_", env_nested_delimiter="__", env_parse_none_str="null")
 
-    class Source(EnvSettingsSource):
-        def decode_complex_value(self, field_name: str, field: FieldInfo, value: Any) -> Any:
-            return parse(value, f"an INCSVR_ variable, {field_name}").value
-
-    try:
-        return Source(Variables)()
-    except SettingsError as error:
-        raise (error.__cause__ if isinstance(error.__cause__, BadInput) else BadInput(str(error))) from None
+def _place(names: Sequence[str]) -> tuple[str, ...]:
+    """The place of a value whose names are given in small letters, such as c for C of the learner."""
+    fields: Mapping[str, Any] = Config.model_fields
+    found = []
+    for name in names:
+        found.append(next((each for each in fields if each.lower() == name), name))
+        fields = getattr(getattr(fields.get(found[-1]), "annotation", None), "model_fields", {})
+    return tuple(found)
 
 
 def _nested(path: tuple[str, ...], value: Any) -> dict[str, Any]:

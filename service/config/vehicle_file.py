@@ -8,14 +8,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, ConfigDict, Field, StrictFloat, StrictStr, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    StrictFloat,
+    StrictStr,
+    ValidationError,
+    model_validator,
+)
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, VELOCITIES
 from incsvr.plant.mass_and_coriolis import mass_matrix
 from incsvr.plant.terms import mass_unit, stage_unit, term
 from service.config.core_yaml import parse, quote
-from service.wire.form import Form
 from service.wire.json_text import json_text
 
 if TYPE_CHECKING:
@@ -37,10 +45,10 @@ OF_AXES = {"righting": ("roll", "pitch"), "weight": ("surge", "sway", "heave")}
 Axis = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
 
 
-class Part(Form):
+class Part(BaseModel):
     """A part of a vehicle file: unknown names are refused, because they are misspelt ones."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False, extra="forbid")
 
 
 class Entry(Part):

@@ -140,7 +140,7 @@ def of_snapshot(snapshot: ModelSnapshot, source: str, axis: str = YAW.name) -> L
     Raises:
         BadInput: nothing was learned yet.
     """
-    model = snapshot.model()
+    model = snapshot.model
     trained = model.trained_range
     if trained is None or not trained[0] < trained[1]:
         raise BadInput(f"{source}: nothing was learned yet; export after the vehicle has turned both ways")

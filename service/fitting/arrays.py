@@ -11,7 +11,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.table import Table
-from service.logs.csv_log import TableLog
+from service.logs.log import Log, table_log
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Arrays:
     """
 
     name: str
-    log: TableLog = field(repr=False)
+    log: Log = field(repr=False)
 
     def __str__(self) -> str:
         return self.name
@@ -55,7 +55,7 @@ class Arrays:
                 )
         if sizes[first] < 2:
             raise BadInput(f"{name}: there are no rows; give at least a few seconds")
-        return Arrays(name, TableLog("arrays", Table(None, found, {})))
+        return Arrays(name, table_log("arrays", Table(None, found, {})))
 
 
 def _values(name: str, column: str, given: Any) -> Array:

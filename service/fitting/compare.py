@@ -10,12 +10,13 @@ from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
 from incsvr.vehicle import compare as compare_dives
 from incsvr.vehicle.causes import causes
 from incsvr.vehicle.compare import Comparison, Value
+from service.cli.extras import plots
 from service.cli.next_command import LOG_FLAGS, with_next
 from service.fitting.each_log import refuse_dives
 from service.fitting.good_enough import MAX_CHANGE_SHARE, Use, good_enough, good_enough_lines, noticing, unknown
 from service.fitting.identify import body_reading, configured
 from service.fitting.request import Request, read_body
-from service.fitting.results import frame, plots
+from service.fitting.results import frame
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
 from service.recordings.log_refusals import (
     DIVE_GIVEN_TWICE,
@@ -88,7 +89,7 @@ def compare(request: Request) -> Dives:
     recordings, order = _in_order(recordings)
     with beside_assumptions(notes_of(recordings)):
         refuse_dives(recordings)
-    streams = [recording.body_streams() for recording in recordings]
+    streams = [recording.own_streams for recording in recordings]
     compared = compare_dives(streams, [recording.name for recording in recordings], masses)
     return Dives(replace(compared, order=order), request)
 

@@ -15,7 +15,7 @@ from incsvr.plant.words import words_of
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import TorqueKind
 from service.fitting.cures import column, cure, cure_of_sign
-from service.recordings.recording import Recording, from_streams, sequence
+from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
 DOUBT_HEADLINE = "the declared {inertia} and the {effort} disagree by a factor, see the note"
@@ -164,7 +164,6 @@ def _refuse_pulses(recording: Recording) -> None:
 
 def _later(recording: Recording, delay: float) -> Recording:
     """The recording with its effort so much later [s]."""
-    streams, effort = recording.body_streams(), recording.axis.effort
+    streams, effort = recording.own_streams, recording.axis.effort
     time, values = streams[effort]
-    moved = from_streams(recording.name, {**streams, effort: (np.round(time + delay, 9), values)})
-    return replace(recording, time=moved.time, columns=moved.columns)
+    return replace(recording, own_streams={**streams, effort: (np.round(time + delay, 9), values)})

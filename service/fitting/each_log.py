@@ -73,7 +73,7 @@ def refuse_idle(runs: Sequence[Recording], axes: Sequence[Axis]) -> None:
     Raises:
         BadInput: naming the first log, its effort, and where that comes from.
     """
-    every = [(axis, run, run.body_streams()) for run in runs for axis in axes]
+    every = [(axis, run, run.own_streams) for run in runs for axis in axes]
     known = [(axis, run, each) for axis, run, each in every if axis.effort in each and each[axis.effort][0].size]
     if not known or any(float(np.ptp(each[axis.effort][1])) > MIN_EFFORT for axis, _, each in known):
         return
@@ -99,7 +99,7 @@ def refuse_odd(runs: Sequence[Recording], axes: Sequence[Axis], sign_known: bool
     """
     several = len(runs) > 1
     for axis in axes:
-        seen = [(run, found) for run in runs if (found := response(run.body_streams(), axis)) is not None]
+        seen = [(run, found) for run in runs if (found := response(run.own_streams, axis)) is not None]
         words = words_of(axis)
         for run, found in seen:
             if found.opposed and not sign_known:
@@ -173,7 +173,7 @@ def _refuse_hands(runs: Sequence[Recording], parts: Sequence[Filtered]) -> None:
         return
     mixed = 1 in hands
     run = runs[hands.index(-1)]
-    both = (column(run, name, "-", mixed) for name in ("sway", "sway_force") if name in run.body_streams())
+    both = (column(run, name, "-", mixed) for name in ("sway", "sway_force") if name in run.own_streams)
     raise BadInput(
         f"{run.name}: sway counts in the other direction than surge and yaw (or yaw than surge and sway): the Coriolis "
         f"forces of all of them are reversed; {cure('hands', YAW, column=' '.join(both))}"
@@ -190,7 +190,7 @@ def refuse_frame(runs: Sequence[Recording]) -> None:
     if not seen:
         return
     for run, _, _ in seen:
-        streams = run.body_streams()
+        streams = run.own_streams
         if "heading" in streams and heading_in_degrees(streams["heading"], streams["yaw_rate"]):
             mends = cure("heading", YAW, column=column(run, "heading", ":deg", len(runs) > 1))
             raise BadInput(f"{run.name}: heading looks like degrees and is read as radians: {mends}")
@@ -229,7 +229,7 @@ def _of_world(run: Recording, frame: str, mirrored: bool, with_heading: bool) ->
 
 def _in_plane(runs: Sequence[Recording]) -> list[tuple[Recording, Filtered, Array | None]]:
     """Each log's motion in the plane, and its heading [rad]; none where velocities or efforts lack."""
-    streams = [run.body_streams() for run in runs]
+    streams = [run.own_streams for run in runs]
     velocities, efforts = ("surge", "sway", "yaw_rate"), ("surge_force", "sway_force", "torque")
     names = [name for name in (*velocities, *efforts) if all(name in each and each[name][0].size for each in streams)]
     if len(names) < 5 or not set(velocities) <= set(names):
@@ -240,5 +240,5 @@ def _in_plane(runs: Sequence[Recording]) -> list[tuple[Recording, Filtered, Arra
 
 def body_axes(runs: Sequence[Recording]) -> list[Axis]:
     """The axes of which some log has the velocity and the effort."""
-    every = [run.body_streams() for run in runs]
+    every = [run.own_streams for run in runs]
     return [axis for axis in AXES.values() if any({axis.rate, axis.effort} <= streams.keys() for streams in every)]

@@ -6,7 +6,7 @@ import argparse
 import json
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from service.fitting.live import Live, of_range
 from service.fitting.log import Log, each_log, sources
 from service.fitting.request import POLICIES, Request
 from service.fitting.spoken import in_python
-from service.inputs.settings import Preset
+from service.inputs.presets import NAMES
 from service.logs.cutting import instant
 
 LOG_KEYWORDS = tuple(incsvr.Reading.__annotations__)
@@ -46,7 +46,7 @@ ELSEWHERE = {
 CHOICES: Mapping[str, Collection[str]] = {
     "axis": tuple(AXES),
     "policy": POLICIES,
-    "preset": get_args(Preset),
+    "preset": NAMES,
 }
 
 

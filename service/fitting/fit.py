@@ -26,6 +26,7 @@ from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.plant.words import words_of
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
+from service.cli.extras import plots
 from service.cli.next_command import AXIS_FLAGS, WRITTEN, with_next
 from service.config.configuration import Config
 from service.fitting import declared as of_inertia
@@ -48,7 +49,7 @@ from service.fitting.good_enough import (
 from service.fitting.log import sources
 from service.fitting.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.fitting.request import Request, read_each
-from service.fitting.results import frame, plots
+from service.fitting.results import frame
 from service.fitting.settings import settings
 from service.fitting.spoken import in_python
 from service.fitting.terms import Terms

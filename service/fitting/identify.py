@@ -20,6 +20,7 @@ from incsvr.vehicle import identify as identify_vehicle
 from incsvr.vehicle.identify import STEPS
 from incsvr.vehicle.model import beaten
 from incsvr.vehicle.runs import axes_of, prepared
+from service.cli.extras import plots
 from service.cli.next_command import LOG_FLAGS, with_next
 from service.cli.output import refuse_replacing, writing
 from service.cli.progress import progress
@@ -30,7 +31,7 @@ from service.fitting.each_log import refuse_dives
 from service.fitting.good_enough import Use, good_enough, good_enough_lines, without_gyro
 from service.fitting.parameters import parameters
 from service.fitting.request import Request, read_body
-from service.fitting.results import SHOWS_STREAMS, frame, plots
+from service.fitting.results import SHOWS_STREAMS, frame
 from service.fitting.sensors import examine_sensors, with_heading_sign
 from service.number import number_of
 from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_twice
@@ -133,8 +134,8 @@ def _of_recordings(
 ) -> Identified:
     refuse_twice([*runs, *unseen])
     refuse_dives(runs, unseen)
-    motion = prepared([run.body_streams() for run in runs])
-    test = prepared([run.body_streams() for run in unseen]) if unseen else None
+    motion = prepared([run.own_streams for run in runs])
+    test = prepared([run.own_streams for run in unseen]) if unseen else None
     if test is not None:
         _refuse_other_axes(axes_of(motion), axes_of(test), unseen)
     count = STEPS + len(axes_of(motion))
@@ -248,7 +249,7 @@ def refuse_runaway(runs: Sequence[Streams], vehicle: Vehicle) -> None:
 
 def _along(run: Recording, axis: Axis) -> Recording | None:
     """A dive as a recording of one axis; None where it lacks its velocity or effort."""
-    streams = run.body_streams()
+    streams = run.own_streams
     if any(name not in streams or not streams[name][0].size for name in (axis.rate, axis.effort)):
         return None
     return replace(run, axis=axis)

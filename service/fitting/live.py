@@ -14,6 +14,7 @@ from incsvr.learning.iteration import scaled_to
 from incsvr.learning.model import Model
 from incsvr.learning.prediction import Prediction
 from incsvr.numerics import Array
+from incsvr.numerics.plain import to_plain
 from service.config.configuration import Config, check_inertia
 from service.config.traced_effects import configured_effects
 from service.config.vehicle_learners import MAX_RATE_LIMIT, RATE_LIMIT_FACTOR, SCALED
@@ -103,7 +104,7 @@ class Live:
     def to_dict(self) -> dict[str, Any]:
         """The snapshot that `serve` would publish; empty before anything is learned."""
         latest = self._node.latest()
-        return {} if latest is None else latest.model_dump(mode="json", by_alias=True)
+        return {} if latest is None else to_plain(latest)
 
 
 def _values(name: str, given: ArrayLike) -> Array:

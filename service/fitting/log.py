@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.cli.extras import plots
 from service.config.sources import read as read_config
 from service.fitting.arrays import Arrays
 from service.fitting.request import Request, Source, read_each
-from service.fitting.results import frame, plots
+from service.fitting.results import frame
 from service.inputs.units import si_unit
 from service.recordings.recording import Recording
 
@@ -55,7 +56,7 @@ class Log:
 
     def plot(self) -> Any:
         """Velocity and torque over time, as a figure of matplotlib."""
-        streams, axis = self.recording.body_streams(), self.recording.axis
+        streams, axis = self.recording.own_streams, self.recording.axis
         drawn = {name: streams[name] for name in (axis.rate, axis.effort)}
         return plots().of_log(self.recording.name, drawn, {name: si_unit(name) for name in drawn})
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from incsvr.checks.decoupling import NeglectedTerms, neglected_terms
 from incsvr.errors import BadInput
-from incsvr.numerics import Array, root_mean_square
+from incsvr.numerics import Array, Streams, root_mean_square
 from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
@@ -118,8 +118,8 @@ def coupled_axis(config: Config, axis: Axis, recordings: Sequence[Recording]) ->
     matrix = mass_matrix(mass)
     if matrix[own, own] <= 0.0:
         raise BadInput(f"vehicle.mass_matrix has {matrix[own, own]:g} for {axis.name}; give a number above 0")
-    common = set.intersection(*(set(_sampled(each, each.velocities)) for each in recordings))
-    common |= set.intersection(*(set(_sampled(each, each.columns)) for each in recordings)) & {*ATTITUDE}
+    common = set.intersection(*(set(_sampled(each.velocities)) for each in recordings))
+    common |= set.intersection(*(set(_sampled(each.own_streams)) for each in recordings)) & {*ATTITUDE}
     return Coupled(axis, matrix, tuple(name for name in (*VELOCITIES, *ATTITUDE) if name in common), weights)
 
 
@@ -137,9 +137,7 @@ def freed_recordings(
     for recording in recordings:
         streams, taken = decoupled_streams(coupled, recording.streams(), smoothing)
         at, values = streams[TORQUE_STREAM]
-        torque = np.full(recording.time.size, np.nan)
-        torque[np.searchsorted(recording.time, at)] = values
-        freed_of.append(replace(recording, columns={**recording.columns, coupled.axis.effort: torque}))
+        freed_of.append(replace(recording, own_streams={**recording.own_streams, coupled.axis.effort: (at, values)}))
         parts.append(taken)
         left.append(values)
     joined = {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}
@@ -150,12 +148,9 @@ def freed_recordings(
 def coupling_sentence(joined: Recording, samples: Samples, signals: SignalSettings) -> str | None:
     """The size of the coupling to other axes, as far as recorded velocities show it; None if it is small."""
     motion = {}
-    for name in _sampled(joined, joined.velocities):
-        values = joined.velocities[name]
-        here = np.isfinite(values)
-        filtered = smooth(
-            joined.time[here], values[here], samples.time, smoothing=signals.smoothing, gap=2.0 * signals.smoothing
-        )
+    for name in _sampled(joined.velocities):
+        stamps, values = joined.velocities[name]
+        filtered = smooth(stamps, values, samples.time, smoothing=signals.smoothing, gap=2.0 * signals.smoothing)
         motion[name] = filtered.value, filtered.slope
     found = neglected_terms(joined.axis, samples.yaw_rate, samples.damping, samples.raw[TORQUE], motion)
     return None if found is None else _sentence(found, words_of(joined.axis))
@@ -183,6 +178,6 @@ def _sentence(found: NeglectedTerms, words: AxisWords) -> str:
     )
 
 
-def _sampled(recording: Recording, among: Mapping[str, Array]) -> tuple[str, ...]:
-    """The columns of which a recording holds more than a few values."""
-    return tuple(name for name, values in among.items() if np.isfinite(values).sum() > 10)
+def _sampled(streams: Streams) -> tuple[str, ...]:
+    """The streams that hold more than a few values."""
+    return tuple(name for name, (time, _) in streams.items() if time.size > 10)

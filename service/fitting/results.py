@@ -1,10 +1,9 @@
-"""What results have in common: their pictures and their tables."""
+"""What results have in common: their tables, and the words that follow them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from types import ModuleType
 from typing import Any
 
 from incsvr.errors import BadInput
@@ -12,17 +11,6 @@ from service.cli.extras import how_to_install
 
 SHOWS_STREAMS = "shows ranges, signs and units"
 """What `incsvr inspect` does after a result that no log explains."""
-PLOTS = "viewer.plots"
-"""Draws figures; loaded when asked for, so that learning and tracing need no drawing library."""
-
-
-def plots() -> ModuleType:
-    """The module that draws.
-
-    Raises:
-        BadInput: matplotlib is not installed, and how it is.
-    """
-    return import_module(PLOTS)
 
 
 def frame(data: Mapping[str, Any] | Sequence[Mapping[str, Any]], columns: Sequence[str] | None = None) -> Any:

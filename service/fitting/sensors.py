@@ -50,7 +50,7 @@ def with_heading_sign(recordings: Sequence[Recording], sensors: Sequence[Sensors
             rows = "" if said.refusal.kind == SIGN else ", and leave these rows out"
             raise BadInput(f"{recording.name}: {with_cure(said.refusal, recordings[0])}{rows}")
     return [
-        replace(recording, columns={**recording.columns, HEADING: -recording.columns[HEADING]})
+        replace(recording, own_streams={**(own := recording.own_streams), HEADING: (own[HEADING][0], -own[HEADING][1])})
         if said.heading_reversed
         else recording
         for recording, said in zip(recordings, sensors, strict=True)

@@ -8,9 +8,8 @@ from typing import Any
 
 from incsvr.checks import Vehicle, Verdict
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.traced_motion import traced_free_run_errors
 from incsvr.errors import BadInput
-from incsvr.forecasting.over_recordings import FreeRun, free_runs, motions, rmse
+from incsvr.forecasting.over_recordings import FreeRun, free_runs, motions, rmse, traced_free_runs
 from incsvr.learning import checked_learner
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.learner import Iteration, Settings
@@ -19,7 +18,7 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import words_of
-from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
+from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import decoupled_streams
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import TorqueKind
@@ -139,15 +138,7 @@ class Terms:
             pieces += [(motion, streams) for motion in found]
         if compensation is None:
             return free_runs(pieces, signals.inertia, model)
-        whole = [
-            {**streams, YAW_RATE: (each.rate_time, each.yaw_rate), TORQUE: (each.torque_time, each.torque)}
-            for each, streams in pieces
-        ]
-        errors = traced_free_run_errors(whole, compensation, lambda rate: model.predict(rate).damping)
-        return [
-            FreeRun(motion.rate_time, motion.yaw_rate, motion.yaw_rate + error)
-            for (motion, _), error in zip(pieces, errors, strict=True)
-        ]
+        return traced_free_runs(pieces, lambda rate: model.predict(rate).damping, compensation)
 
     def free_run(self, runs: Sequence[Recording], signals: SignalSettings, model: Model) -> float | None:
         """The root mean square error of free runs over recordings [rad/s]; None where the model runs away."""

@@ -16,6 +16,7 @@ from incsvr.tracing import result
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import chance, headline, limits, proof
+from service.cli.extras import plots
 from service.cli.next_command import AXIS_FLAGS, LOG_FLAGS, WRITTEN, with_next
 from service.cli.progress import progress
 from service.fitting import declared as of_inertia
@@ -26,7 +27,7 @@ from service.fitting.each_log import refuse_idle, refuse_odd
 from service.fitting.good_enough import Use, closed_loop, feed_forward, good_enough, good_enough_lines, without_gyro
 from service.fitting.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.fitting.request import Request
-from service.fitting.results import SHOWS_STREAMS, frame, plots
+from service.fitting.results import SHOWS_STREAMS, frame
 from service.fitting.sensors import examine_sensors, sensor_notes, with_heading_sign
 from service.recordings.log_refusals import beside_assumptions, notes_of, refuse_twice
 from service.recordings.recording import Recording
@@ -77,7 +78,7 @@ class Traced:
         return request.following("fit", AXIS_FLAGS, "--effects", self.keeps), "learns the curve with these effects"
 
     def plot(self) -> Any:
-        """The damping, and a free run, before and after, as a figure of matplotlib."""
+        """A free run on unseen data, before and after, as a figure of matplotlib."""
         return plots().of_trace(self.found, self.axis)
 
     def to_frame(self) -> Any:
@@ -179,8 +180,9 @@ def runs_of(recordings: Sequence[Recording]) -> list[Run]:
     for recording in recordings:
         axis = recording.axis
         beside = {axis.rate, axis.effort, *(("heading",) if axis != YAW else ())}
-        channels = {name: values for name, values in recording.columns.items() if name not in beside}
-        runs.append(Run(recording.name, recording.time, recording.rate, recording.effort, channels, axis.rate))
+        columns = recording.columns
+        channels = {name: values for name, values in columns.items() if name not in beside}
+        runs.append(Run(recording.name, recording.time, columns[axis.rate], columns[axis.effort], channels, axis.rate))
     return runs
 
 

@@ -24,6 +24,7 @@ from service.fitting.settings import as_configured
 from service.learner.node import LearnerNode
 from service.learner.published import report
 from service.state.disk_refusals import unwritable
+from service.state.memory import Memory
 from service.state.store import Store
 from service.wire import encode
 
@@ -174,13 +175,8 @@ def _leave_state(directory: Path, config: Config, fit: Fit) -> Path:
     learner = replace(fit.training.guarded.learner, recent=Recent())
     known = fit.training.guarded.checks
     checks = Checks(learned=known.learned, rates=known.rates)  # the bus may have streams of other rates
-    memory = {
-        **to_plain(replace(fit.training.guarded, learner=learner, checks=checks, before=None)),
-        "revision": 1,
-        "covered": [None] * config.learner_settings().bins,
-        "t": None,
-    }
-    node = LearnerNode(config, uuid.uuid4().hex[:12], memory=memory, effects=effects)
+    memory = Memory(learner, checks, revision=1, covered=(None,) * config.learner_settings().bins, t=None)
+    node = LearnerNode(config, uuid.uuid4().hex[:12], memory=to_plain(memory), effects=effects)
     last, snapshot = fit.training.iterations[-1], node.latest()
     assert snapshot is not None
     inside = (fit.training.samples.time >= last.time_span[0]) & (fit.training.samples.time <= last.time_span[1])
@@ -190,16 +186,14 @@ def _leave_state(directory: Path, config: Config, fit: Fit) -> Path:
         replace(last, time_span=(last.time_span[0] - ends, 0.0)),
         replace(batch, time=batch.time - ends),
         node.served,
-        boot=node.boot,
         predicted=None,
-        training_s=0.0,
+        axis=AXES[config.vehicle.axis],
         validation={},
         learned=0.0,
-        axis=AXES[config.vehicle.axis],
     )
     store = Store(directory, config, None if effects is None else effects.identity, config.tracing.on, anew=True)
     try:
-        store.save(node.memory(), 1, snapshot.t, encode(snapshot), encode(told))
+        store.save(node.memory(), 1, snapshot.t or 0.0, encode(snapshot), encode(told))
         if store.problem is not None:
             raise BadInput(f"the state cannot be written: {store.problem}")
     finally:

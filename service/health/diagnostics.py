@@ -13,8 +13,8 @@ from typing import Any
 import zenoh
 from zenoh.ext import Int64, z_serialize
 
-from service.inputs.bus_keys import ros_type
 from service.inputs.forms import cdr
+from service.inputs.owners import ros_type
 from service.wire import Health
 
 DIAGNOSTIC_TYPE = "diagnostic_msgs/msg/DiagnosticArray"

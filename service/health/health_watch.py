@@ -9,7 +9,7 @@ paused. OK may come with a note: what is taken for zero. Ages are wall time; the
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from incsvr.checks import implausible
@@ -42,13 +42,13 @@ class HealthConditions:
     Attributes:
         notices: sentences, to be told as warnings.
         unsaved: why what was learned is not on the disk, in a few words; None where it is.
-        paused: why learning is paused, in one sentence; None while it goes on.
+        paused: why learning is paused, each in one sentence or None, the gravest first.
         effect_channels: channels without which no sample can be freed of the traced effects.
     """
 
     notices: tuple[str, ...] = ()
     unsaved: str | None = None
-    paused: str | None = None
+    paused: tuple[str | None, ...] = ()
     effect_channels: tuple[str, ...] = ()
 
 
@@ -103,9 +103,7 @@ class HealthWatch:
     def add_values(self, name: str, t: Array, value: Array) -> None:
         """Values of a stream came: (n,) stamps [s] and values, n at least 1."""
         with self._lock:
-            t, value = self._stream(name).add(self._clock(), t, value)
-            if name in REQUIRED and t.size:
-                (self._rate_watch.rate if name == "yaw_rate" else self._rate_watch.torque).add(t, value)
+            self._stream(name).add(self._clock(), t, value)
 
     def add_number(self, name: str, sequence: int) -> None:
         """A message with this number came."""
@@ -156,22 +154,21 @@ class HealthWatch:
         rejected = self.rejections(node)
         readings = node.batches.readings
         learning = self._learning_now(now, node, readings)
-        graded = [
-            *(("ERROR", sentence) for sentence in self._errors(now)),
-            *(("STALE", sentence) for sentence in self._stale(now, node.words)),
-            *(("WARN", sentence) for sentence in self._warnings(now, node, rejected, readings)),
-            *(("OK", sentence) for sentence in (*self._notes, *node.remarks)),
-        ]
-        silent = any(level == "STALE" for level, _ in graded)
-        if learning.state == "paused" or (learning.state == "starved" and not silent):  # else the silence says it all
-            graver = sum(level in ("ERROR", "STALE") for level, _ in graded)
-            graded.insert(graver, ("WARN", f"learning is {learning.state}: {learning.why}"))
+        stale, warnings = self._stale(now, node.words), self._warnings(now, node, rejected, readings)
+        if learning.state == "paused" or (learning.state == "starved" and not stale):  # else the silence says it all
+            warnings.insert(0, f"learning is {learning.state}: {learning.why}")
+        by_level: dict[wire.Level, Sequence[str]] = {
+            "ERROR": self._errors(now),
+            "STALE": stale,
+            "WARN": warnings,
+            "OK": (*self._notes, *node.remarks),
+        }
         served = node.served
         with self._lock:
             streams = {name: stream.health(now, readings.get(name)) for name, stream in self._streams.items()}
         return wire.Health(
-            level=graded[0][0] if graded else "OK",  # type: ignore[arg-type]
-            reasons=tuple(sentence for _, sentence in graded),
+            level=next((level for level, said in by_level.items() if said), "OK"),
+            reasons=tuple(sentence for said in by_level.values() for sentence in said),
             counters={
                 "samples": node.batches.samples_seen,
                 "iterations": served.iteration,
@@ -194,15 +191,20 @@ class HealthWatch:
         )
 
     def _learning_now(self, now: float, node: LearnerNode, readings: Mapping[str, Reading]) -> wire.Learning:
+        """The state of learning. All reasons why nothing is learned, in the order in which they are told: what somebody
+        decided, what the data are not, what they lack."""
         with self._lock:
             if self._starvation is None:
                 self._starvation = Starvation(node.config.signal_settings(), self._started, node.words)
-            received = {name: stream.received for name, stream in self._streams.items()}
-            starved, since = self._starvation.why(now, received, readings, node.batches), self._starvation.since
+            starved, since = self._starvation.why(now, self._streams, readings, node.batches), self._starvation.since
             without_evidence = node.recent_batches.without_evidence_since
-            if starved is None and without_evidence is not None:
-                starved, since = sentences.evidence_sentence(node), without_evidence
-            self._learning = self._learning.now(self._conditions.paused or self._units(node), starved, since)
+            reasons: list[wire.Reason] = [
+                ("paused", why, since) for why in (*self._conditions.paused, self._units(node))
+            ]
+            reasons.append(("starved", starved, since))
+            if without_evidence is not None:
+                reasons.append(("starved", sentences.evidence_sentence(node), without_evidence))
+            self._learning = self._learning.now((*reasons, ("learning", None, since)))
             return self._learning
 
     def _units(self, node: LearnerNode) -> str | None:
@@ -255,7 +257,7 @@ class HealthWatch:
         slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, readings, words)
         warnings += [slow] if slow else []
         with self._lock:
-            seldom = self._rate_watch.look()
+            seldom = self._rate_watch.look(node.raw)
         warnings += [seldom.on_a_bus(self._askable, words)] if seldom is not None else []
         return [*warnings, *sentences.motion_sentences(node), *self._where_it_extrapolates(now, node)]
 

@@ -16,6 +16,7 @@ from incsvr.signals import REQUIRED, TORQUE, SignalSettings
 from incsvr.signals.bursts import in_bursts
 from incsvr.signals.settings import COMMANDED, SETTLING_S
 from incsvr.signals.streams import JUMP_S, Reading
+from service.health.stream_monitor import StreamMonitor
 
 if TYPE_CHECKING:
     from service.learner.batches import Batches
@@ -54,23 +55,24 @@ class Starvation:
         self._why: str | None = None
         self._last_look: tuple[float, Mapping[str, float]] = (started, {})
         self._pace: dict[str, float] = {}  # of the streams' clocks [s/s]
-        self._last_arrivals: dict[str, tuple[int, float]] = {}  # values of a stream, and when the newest came
 
     @property
     def since(self) -> float:
         """The vehicle's time of the last sample, or of what came first [s]."""
         return self._since.t
 
-    def why(self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading], fed: Batches) -> str | None:
+    def why(
+        self, now: float, streams: Mapping[str, StreamMonitor], readings: Mapping[str, Reading], fed: Batches
+    ) -> str | None:
         """The sentence, at a time of the wall's clock [s]; None while samples are made, or none is due yet.
 
         Args:
-            received: values of each stream that came since the start.
+            streams: what came of each stream.
             readings: what is to be said of each stream now.
             fed: the learner's batches.
         """
-        since = self._since
-        self._look(now, received, readings)
+        since, received = self._since, {name: stream.received for name, stream in streams.items()}
+        self._follow_pace(now, readings)
         missing = [name for name in REQUIRED if not received.get(name, 0)]
         if missing:
             self._why = (
@@ -82,7 +84,7 @@ class Starvation:
             self._since = LastSample(now, t, fed.samples_seen, dict(received), fed.rejected_by_stream)
             self._why = None
         elif max(now - since.at, data_s := self._data_s(received, readings)) >= STARVED_AFTER_S:
-            self._why = self._cause(now, data_s, readings, fed.rejected_by_stream) or self._why
+            self._why = self._cause(now, data_s, streams, readings, fed.rejected_by_stream) or self._why
         return self._why
 
     def _data_s(self, received: Mapping[str, int], readings: Mapping[str, Reading]) -> float:
@@ -95,11 +97,16 @@ class Starvation:
         return min(*by_count, *(newest.get(name, 0.0) - self._since.t for name in REQUIRED))
 
     def _cause(
-        self, now: float, data_s: float, readings: Mapping[str, Reading], rejected: Mapping[str, Mapping[str, int]]
+        self,
+        now: float,
+        data_s: float,
+        streams: Mapping[str, StreamMonitor],
+        readings: Mapping[str, Reading],
+        rejected: Mapping[str, Mapping[str, int]],
     ) -> str | None:
         settings, words = self._settings, self._words
         for name in REQUIRED:
-            silent = now - self._last_arrivals[name][1]
+            silent = now - (streams[name].at or 0.0)
             if silent >= SILENT_AFTER_S:
                 return f"the last {words.stream(name)} arrived {silent:.0f} s ago"
         for name in REQUIRED:
@@ -137,11 +144,8 @@ class Starvation:
             )
         return f"{words.rate} and {words.effort} arrive, but no stretch without a pause is as long as a sample needs"
 
-    def _look(self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading]) -> None:
-        """Notes each stream's last arrival and, once a second, the speed of its clock."""
-        for name, count in received.items():
-            if count != self._last_arrivals.get(name, (0, 0.0))[0]:
-                self._last_arrivals[name] = (count, now)
+    def _follow_pace(self, now: float, readings: Mapping[str, Reading]) -> None:
+        """Notes the speed of each stream's clock, once a second."""
         at, before = self._last_look
         if now - at >= 1.0:
             newest = _newest(readings)

@@ -1,4 +1,4 @@
-"""The monitor of a learner's streams: counts, losses and times of arrival, the newest minute, the recent rejections."""
+"""The monitor of a learner's streams: counts, losses and times of arrival, their rates, the recent rejections."""
 
 from __future__ import annotations
 
@@ -8,70 +8,42 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from incsvr.numerics import Array
+from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.message_rates import SlowTorque, slow_torque
 from incsvr.signals.streams import JUMP_S, MAX_STAMP_S, Reading
 from service import wire
+from service.learner.raw_streams import RawStreams
 
-CAPACITY_VALUES = 1024
-"""Values of a stream: a minute and more of what comes at 2 to 20 Hz."""
 MIN_SPACING_S = 0.02
-"""The time between two values that are kept [s]: no vehicle changes its yaw rate within ten times as long."""
+"""The time between two values that are looked at [s]: no vehicle changes its yaw rate within ten times as long."""
 MIN_SPAN_S = 20.0
 """The stretch in which the time scale of a motion is seen [s]; it is looked for again after half as much."""
-
-
-@dataclass(slots=True)
-class RecentStream:
-    """One stream: stamps [s] that rise, and values."""
-
-    t: list[float] = field(default_factory=list)
-    value: list[float] = field(default_factory=list)
-
-    def add(self, t: Array, value: Array) -> None:
-        """(n,) more; what jumps to another time begins anew."""
-        if self.t and not -1.0 < float(t[0]) - self.t[-1] < JUMP_S:
-            self.t.clear()
-            self.value.clear()
-        last = self.t[-1] if self.t else -np.inf
-        if t.size == 1:
-            if float(t[0]) - last >= MIN_SPACING_S:
-                self.t.append(float(t[0]))
-                self.value.append(float(value[0]))
-        else:
-            place = np.floor(t / MIN_SPACING_S)
-            step = place[1:] - place[:-1]
-            if step.min() >= 0.0:  # in their order, as nearly all come: no need to sort them
-                first = np.concatenate(([0], np.flatnonzero(step) + 1))
-            else:
-                _, first = np.unique(place, return_index=True)
-            later = first[t[first] - last >= MIN_SPACING_S]
-            self.t += t[later].tolist()
-            self.value += value[later].tolist()
-        if len(self.t) > 2 * CAPACITY_VALUES:
-            del self.t[:-CAPACITY_VALUES], self.value[:-CAPACITY_VALUES]
-
-    @property
-    def stream(self) -> tuple[Array, Array]:
-        return np.array(self.t[-CAPACITY_VALUES:]), np.array(self.value[-CAPACITY_VALUES:])
+SPAN_S = 120.0
+"""The stretch of data that is looked at [s]."""
 
 
 @dataclass(slots=True)
 class SampleRateWatch:
     """Whether the torque comes too slowly for how fast the vehicle turns; looked at anew as the data goes on."""
 
-    rate: RecentStream = field(default_factory=RecentStream)
-    torque: RecentStream = field(default_factory=RecentStream)
     checked_at: float = -np.inf
     finding: SlowTorque | None = None
 
-    def look(self) -> SlowTorque | None:
-        if not self.torque.t or not self.rate.t:
-            return None
-        newest = self.torque.t[-1]
-        if newest - self.torque.t[0] < MIN_SPAN_S or 0.0 <= newest - self.checked_at < 0.5 * MIN_SPAN_S:
+    def look(self, raw: RawStreams) -> SlowTorque | None:
+        newest = raw.until(TORQUE)
+        if not np.isfinite(newest) or 0.0 <= newest - self.checked_at < 0.5 * MIN_SPAN_S:
             return self.finding
-        self.checked_at, self.finding = newest, slow_torque(self.rate.stream, self.torque.stream)
+        self.checked_at = newest
+        rate, torque = (_thinned(*raw.read(name, SPAN_S)) for name in (YAW_RATE, TORQUE))
+        if rate[0].size and torque[0].size and newest - torque[0][0] >= MIN_SPAN_S:
+            self.finding = slow_torque(rate, torque)
         return self.finding
+
+
+def _thinned(t: Array, value: Array) -> tuple[Array, Array]:
+    """(n,) stamps [s] that rise and values, without those that follow too soon."""
+    _, first = np.unique(np.floor(t / MIN_SPACING_S), return_index=True)
+    return t[first], value[first]
 
 
 MAX_MISSING = 4096
@@ -134,19 +106,18 @@ class StreamMonitor:
     value: float | None = None
     still_since: float | None = None  # the vehicle's time since which the value has been the same
 
-    def add(self, at: float, t: Array, value: Array) -> tuple[Array, Array]:
-        """(n,) stamps [s] and values came at a time of the wall's clock [s], n at least 1; those that are believed."""
+    def add(self, at: float, t: Array, value: Array) -> None:
+        """(n,) stamps [s] and values came at a time of the wall's clock [s], n at least 1."""
         self.received += t.size
         self.at = at
         believed = (t >= 0.0) & (t < MAX_STAMP_S) & np.isfinite(value)
         if not believed.all():
             t, value = t[believed], value[believed]
             if not t.size:
-                return t, value
+                return
         if self.watches_stillness:
             self._follow_stillness(t, value)
         self.t, self.value = float(t[-1]), float(value[-1])
-        return t, value
 
     def _follow_stillness(self, t: Array, value: Array) -> None:
         """Since when the value has been the same, as of these stamps (n,) [s] and values; over a jump of the clock

@@ -1,6 +1,7 @@
 """Queries to the learner, answered from what is served: bad ones get an error reply that says what is wrong.
 
-The damping that is served has a thread of its own, so that no question for history, however long, delays it. Every
+The damping that is served has a thread of its own, so that no question for history, however long, delays it; so has
+feed-forward, which loads the catalogue of effects when it is asked first, 688 modules, 66 MB and 2 s of work. Every
 answer is short, so that whoever asks and does not read holds up nobody: see `service.bus.session`.
 """
 
@@ -11,7 +12,6 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
-from importlib import import_module
 from typing import Any
 
 import zenoh
@@ -25,8 +25,8 @@ from service.health.health_watch import HealthWatch
 from service.learner import questions
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.node import LearnerNode
-from service.learner.published import NothingLearned, check_trained, damping_reply
-from service.learner.questions import DampingQuery, velocity_names
+from service.learner.published import NothingLearned, check_trained, damping_reply, reply_to
+from service.learner.questions import velocity_names
 from service.learner.stand_in import forecast_reply
 from service.state.history import History
 from service.state.state_file import Row
@@ -42,11 +42,6 @@ MAX_REPORTS = 200
 MAX_REPORT_BYTES = 400_000
 """The size after which an answer with several reports ends; the next question goes on from there."""
 
-FEEDFORWARD_MODULE = "incsvr.compensation.feedforward"
-"""The module that feed-forward needs: with the catalogue of effects it brings 688 modules and 66 MB, 2 s of work."""
-_LOADED = threading.Event()
-"""Set once its loading has ended, for whichever learner of the process was asked first."""
-
 Answer = Callable[[zenoh.Query], bytes]
 
 
@@ -59,22 +54,25 @@ class Answers:
         self._node, self._watch, self._history = node, watch, history
         #: What the velocities of a question for damping may be called.
         self._velocities = velocity_names(node.config)
-        self._damping_ring: Any = session.declare_queryable(
-            keys.damping, RingChannel(DAMPING_RING_PLACES), complete=True
-        )
-        self._damping_key, self._feedforward_key = keys.damping, keys.feedforward
+        self._damping_key = keys.damping
         self._wake: Callable[[], None] = lambda: None
         self._from_history: deque[zenoh.Query] = deque(maxlen=SLOW_RING_PLACES)
-        #: Loads what feed-forward needs when somebody asks for it first, while others are answered.
-        self._loader = threading.Thread(target=self._load, name="load", daemon=True)
-        self._until_loaded: deque[zenoh.Query] = deque(maxlen=SLOW_RING_PLACES)
         #: What an operator decides, each in a queryable of its own: access control sees a question's key alone.
         decisions: dict[OperatorVerb, str] = {"promote": keys.promote, "withdraw": keys.withdraw}
         self._queryables: list[Any] = []
         self._decisions = [(verb, key, self._declared(session, key)) for verb, key in decisions.items()]
         self._waiting_decisions: deque[tuple[OperatorVerb, str, zenoh.Query]] = deque(maxlen=SLOW_RING_PLACES)
-        self._thread = threading.Thread(target=self._serve_damping, name=keys.damping, daemon=True)
-        self._thread.start()
+        served = (
+            (keys.damping, DAMPING_RING_PLACES, self._damping),
+            (keys.feedforward, SLOW_RING_PLACES, self._feedforward),
+        )
+        self._threads: list[threading.Thread] = []
+        for key, places, served_answer in served:
+            ring: Any = session.declare_queryable(key, RingChannel(places), complete=True)
+            self._queryables.append(ring)
+            serve = partial(self._serve, ring.handler, key, served_answer)
+            self._threads.append(threading.Thread(target=serve, name=key, daemon=True))
+            self._threads[-1].start()
         answers: dict[str, Answer] = {
             keys.model: self._model,
             keys.iteration: self._iteration,
@@ -82,7 +80,6 @@ class Answers:
             keys.effects: self._effects,
             keys.coefficients: self._coefficients,
             keys.forecast: self._forecast,
-            keys.feedforward: self._feedforward,
         }
         self._questions = [(key, self._declared(session, key), answer) for key, answer in answers.items()]
 
@@ -127,53 +124,35 @@ class Answers:
             answered = False
             # A query is finished when it is dropped: no name is bound to it here, which would hold it until the next.
             for key, asked, answer in self._questions:
-                if asked and answer == self._feedforward and not _LOADED.is_set():
-                    self._load_for(asked.popleft())
-                elif asked:
+                if asked:
                     self._reply(asked.popleft(), key, answer)
                     answered = True
-            if self._until_loaded and _LOADED.is_set():
-                self._reply(self._until_loaded.popleft(), self._feedforward_key, self._feedforward)
-                answered = True
             if self._from_history:
-                self._reply(self._from_history.popleft(), self._damping_key, self._damping_in_history)
+                self._reply(self._from_history.popleft(), self._damping_key, self._damping)
                 answered = True
             if not answered:
                 return
         self._wake()  # more wait
 
-    def _load_for(self, query: zenoh.Query) -> None:
-        """Keeps a question for feed-forward until what it needs is loaded."""
-        self._until_loaded.append(query)
-        if self._loader.ident is None:
-            self._loader.start()
-
-    def _load(self) -> None:
-        try:
-            import_module(FEEDFORWARD_MODULE)
-        finally:
-            _LOADED.set()
-            self._wake()
-
     def close(self) -> None:
         for queryable in self._queryables:
             queryable.undeclare()
-        self._damping_ring.undeclare()
-        self._thread.join(timeout=1.0)
+        for thread in self._threads:
+            thread.join(timeout=1.0)
 
-    def _serve_damping(self) -> None:
-        ring = self._damping_ring.handler
+    def _serve(self, ring: Any, key: str, answer: Answer) -> None:
+        """Answers questions for a key as they come, until it is undeclared."""
         while True:
             try:
                 query = ring.recv()
             except zenoh.ZError:
                 return  # undeclared
             given = query.parameters
-            if given.get("at") is not None or given.get("revision") is not None:
+            if key == self._damping_key and (given.get("at") is not None or given.get("revision") is not None):
                 self._from_history.append(query)
                 self._wake()
             else:
-                self._reply(query, self._damping_key, self._damping)
+                self._reply(query, key, answer)
             del query
 
     def _reply(self, query: zenoh.Query, key: str, answer: Answer) -> None:
@@ -196,24 +175,13 @@ class Answers:
 
     def _damping(self, query: zenoh.Query) -> bytes:
         if query.payload is None:
-            answer = self._node.served.reply_to(str(query.parameters))
+            answer = reply_to(self._node.served, str(query.parameters))
             if answer is not None:
                 return answer
         asked = questions.parameters(query, *self._velocities, "at", "revision")
-        return wire.encode(self._node.predict(self._damping_query(query, asked)))
-
-    def _damping_in_history(self, query: zenoh.Query) -> bytes:
-        """The damping as an earlier revision has it."""
-        asked = questions.parameters(query, *self._velocities, "at", "revision")
-        velocities = self._damping_query(query, asked)
-        row = self._row_at({name: text for name, text in asked.items() if name not in self._velocities})
-        snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
-        if not len(snapshot.support):
-            raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")
-        return wire.encode(damping_reply(snapshot.model(), velocities, snapshot.iteration, snapshot.revision))
-
-    def _damping_query(self, query: zenoh.Query, asked: Mapping[str, str]) -> DampingQuery:
-        return questions.damping_query(query, asked, self._velocities, self._node.words)
+        velocities = questions.damping_query(query, asked, self._velocities, self._node.words)
+        when = {name: text for name, text in asked.items() if name not in self._velocities}
+        return wire.encode(damping_reply(self._served_at(when) if when else self._node.served, velocities))
 
     def _model(self, query: zenoh.Query) -> bytes:
         asked = questions.parameters(query, "at", "revision")
@@ -262,6 +230,14 @@ class Answers:
             raise BadInput(f'plan the {words.rate} in the payload, such as {{"t": [0, 5], "rate": [0, 0.1]}}')
         asked = wire.decode(wire.FeedforwardQuery, payload)
         return wire.encode(feedforward_reply(self._node, asked, self._velocities))
+
+    def _served_at(self, asked: Mapping[str, str]) -> wire.ModelSnapshot:
+        """The model that was served at a time, or published as a revision."""
+        row = self._row_at(asked)
+        snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
+        if not snapshot.model.is_trained:
+            raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")
+        return snapshot
 
     def _row_at(self, asked: Mapping[str, str]) -> Row:
         """The row that was served at a time, or published as a revision."""

@@ -241,8 +241,10 @@ class Host:
         return HealthConditions(
             notices,
             unsaved=None if store is None else store.problem,
-            paused=pause_words(self.node.current_warnings.paused, self._thrust_change)
-            or (None if arming is None else arming.why_not),
+            paused=(
+                pause_words(self.node.current_warnings.paused, self._thrust_change),
+                None if arming is None else arming.why_not,
+            ),
             effect_channels=() if effects is None else effects.compensation.reads(channels),
         )
 

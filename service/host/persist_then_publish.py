@@ -11,8 +11,8 @@ from service import wire
 from service.bus.publishers import Publishers
 from service.cli.output import iteration_line
 from service.config.configuration import Config
+from service.learner.next_iteration import NextIteration
 from service.learner.node import LearnerNode
-from service.learner.prepared_iteration import CommittedIteration
 from service.state.history import History
 from service.state.store import Store
 
@@ -38,15 +38,15 @@ class PersistThenPublish:
     live: LiveTracing | None
     mapped: MappedIngest | None
 
-    def iteration(self, outcome: CommittedIteration) -> None:
+    def iteration(self, outcome: NextIteration) -> None:
         """An iteration that was adopted."""
         keys = wire.Keys(self.config.prefix)
-        snapshot, report = wire.encode(outcome.snapshot), wire.encode(outcome.report)
-        row = (outcome.snapshot.revision, outcome.snapshot.t, snapshot, report)
+        served, snapshot, report = outcome.served, wire.encode(outcome.served), wire.encode(outcome.report)
+        row = (served.revision, served.t or 0.0, snapshot, report)
         if self.store is None:
             self.history.add(*row)
         else:
-            self.store.save(self._memory(outcome.memory), *row)
+            self.store.save(self._memory(self.node.memory()), *row)
         self.publishers.publish(keys.model, snapshot)
         self.publishers.publish(keys.iteration, report)
         self.publishers.publish(keys.coefficients, wire.encode(self.node.coefficients()))

@@ -1,8 +1,8 @@
 """The threads of the learner's process: few, however many learners it holds, for threads that wait for each other cost.
 
-One takes measurements in, one trains, one answers for models and health, one watches over health; damping is answered
-by a thread of each learner. A measurement waits READ_PERIOD_S at most, which is nothing to a batch of samples; a
-question does not wait.
+One takes measurements in, one trains, one answers for models and health, one watches over health; damping and
+feed-forward are answered by threads of each learner. A measurement waits READ_PERIOD_S at most, which is nothing to a
+batch of samples; a question does not wait.
 """
 
 from __future__ import annotations

@@ -11,16 +11,14 @@ import re
 import zenoh
 
 from incsvr.errors import BadInput
-from service.inputs.owners import AUTOPILOT, base, instance
-from service.inputs.presets.proposal import keys
+from service.inputs import presets
+from service.inputs.owners import AUTOPILOT, base, instance, keelson_subject, ros_type
 from service.inputs.settings import Inputs
 
 BRIDGE_TOKENS = "@/*/@ros2_lv/MP/**"
 """Liveliness tokens by which zenoh-bridge-ros2dds says what is published: the key, with § for /, and the type."""
-_RMW = re.compile(r"^\d+/.+/([a-z][a-z0-9_]*)::msg::dds_::([A-Za-z0-9]+)_/[^/]+$")
 _TOKEN = re.compile(r"^@/[^/]+/@ros2_lv/MP/([^/]+)/([^/]+)(?:/.*)?$")
 _MAVLINK = re.compile(r"^(?:.*/)?mavlink/[^/]+/[^/]+/[A-Z0-9_]+\[[^\[\]]+\]$")
-_KEELSON = re.compile(r"(^|.*/)@v\d+/.+/pubsub/[^/]+/.+$")
 _MESSAGE = re.compile(r"^[A-Z][A-Z0-9_]+(?:\[[^\[\]]+\])?$")
 
 
@@ -30,10 +28,10 @@ def key_expressions(inputs: Inputs) -> tuple[str, ...]:
     Raises:
         BadInput: a topic is no key expression, or the preset has nothing on a bus.
     """
-    keys_of_preset = None if inputs.preset is None else keys(inputs.preset)
+    keys_of_preset = () if inputs.preset is None else presets.expressions(inputs.preset)
     if inputs.preset not in ("incsvr", None) and not keys_of_preset:
         raise BadInput(f"inputs.preset: {inputs.preset} is a preset of logs; on a bus use ros2, or blueos for MAVLink")
-    wanted = dict.fromkeys(keys_of_preset or ())
+    wanted = dict.fromkeys(keys_of_preset)
     for place in inputs.places():
         for text in expressions(place.topic, inputs.preset):
             try:
@@ -70,29 +68,17 @@ def matches(topic: str, key: str, preset: str | None) -> bool:
     return any(zenoh.KeyExpr(each).includes(zenoh.KeyExpr(base(key))) for each in expressions(topic, preset))
 
 
-def ros_type(key: str) -> str | None:
-    """The type that a key of rmw_zenoh names, such as `sensor_msgs/msg/Imu`."""
-    found = _RMW.match(key)
-    return None if found is None else f"{found[1]}/msg/{found[2]}"
-
-
 def announced_type(token: str) -> tuple[str, str] | None:
     """Key and type of what a token of zenoh-bridge-ros2dds announces."""
     found = _TOKEN.match(token)
     return None if found is None else (found[1].replace("§", "/"), found[2].replace("§", "/"))
 
 
-def form(key: str) -> str | None:
-    """The form of a key's messages, where the key tells it."""
-    kind = ros_type(key)
-    if kind is not None:
-        return f"cdr:{kind}"
-    return "keelson" if _KEELSON.match(key) else None
-
-
 def form_of(key: str, announced: str | None, inputs: Inputs) -> str:
     """The form of a key's messages: as the key or its announced type says, as the configuration does, or JSON."""
-    found = form(key) or (f"cdr:{announced}" if announced else None)
-    if found is not None:
-        return found
+    kind = ros_type(key) or announced
+    if kind:
+        return f"cdr:{kind}"
+    if keelson_subject(key) is not None:
+        return "keelson"
     return next((place.form for place in inputs.places() if matches(place.topic, key, inputs.preset)), "json")

@@ -17,9 +17,9 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from service.inputs import ardusub_frames, bus_keys, owners, vehicles
-from service.inputs.ardusub_frames import VehicleParameters
+from service.inputs import ardusub, bus_keys, owners, vehicles
 from service.inputs.arming import MAX_WHOLE_NUMBER, Arming, armed_by
+from service.inputs.clocks import MAX_DELAY_S
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
 from service.inputs.key_resolution import named_topics, resolve, with_settled_sources
@@ -27,7 +27,6 @@ from service.inputs.live_clock import RATE, LiveClock
 from service.inputs.mapper import (
     TORQUE,
     FieldPlace,
-    Mapped,
     State,
     has_unknown_voltage,
     read_with,
@@ -36,10 +35,11 @@ from service.inputs.mapper import (
     take,
 )
 from service.inputs.outputs import without_pulse
+from service.inputs.self_description import VehicleParameters, parameters_in
 from service.inputs.senders import SenderWatch, sentence
 from service.inputs.settings import ARRIVAL, Armed, Axis, Inputs, Source
 from service.inputs.source_binding import SourceBinding, numbers
-from service.inputs.table import MESSAGE, Table, Topic, leaves
+from service.inputs.table import MESSAGE, Table, Topic, leaves, table_of
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import FRACTION
 from service.inputs.values import Values
@@ -95,7 +95,7 @@ class InputMapper:
         """Nothing has been heard of the vehicle that is taken from now on."""
         self._arming, self._senders, self._state = Arming(), SenderWatch(), State()
         self._open: list[tuple[SourceBinding, dict[str, list[float]], float, int]] = []
-        self._open_at = nan
+        self._open_at = self._armed_at = nan
         self.placed: dict[str, bool] = {}
 
     @property
@@ -238,8 +238,10 @@ class InputMapper:
         for name, each in streams.items():
             if name in (RATE, TORQUE) and getattr(inputs, name) is not None:
                 self._senders.add(name, each.t, each.value)
+            # What was measured before the vehicle was armed, and comes late over a second link, is not learned from.
+            late = (each.t < self._armed_at) & (each.t > self._armed_at - MAX_DELAY_S)
             if each.t.size:
-                self._came.setdefault(name, []).append(Values(name, each.t, each.value, each.order >= learnable_from))
+                self._came.setdefault(name, []).append(replace(each, learnable=(each.order >= learnable_from) & ~late))
         self.placed |= {name: is_own for (name, _), is_own in own.items()}
 
     def _arm(self, settings: Armed, message: Any) -> None:
@@ -250,6 +252,7 @@ class InputMapper:
         elif (armed := armed_by(settings, value)) is not None:
             if armed is not self._arming.armed:
                 self._map()
+                self._armed_at = self._clock.newest if armed else nan
             self._arming.take(armed)
 
     def _look_at_vehicle(self, name: str, binding: SourceBinding) -> None:
@@ -257,7 +260,10 @@ class InputMapper:
         if name.endswith("/PARAM_VALUE") and (sender := owners.mavlink(name)) is not None:
             self._map()
             ours = self.system in ("", sender.system)
-            if self._parameters.take(sender.system, binding.message, self._clock.newest if ours else nan) and ours:
+            at = self._clock.newest if ours else nan
+            told = parameters_in(Topic(name, "", (), 0), table_of(binding.message))
+            changed = [self._parameters.take(sender.system, each, value, at) for _, each, value in told]
+            if any(changed) and ours:
                 self._resolve()
         if binding.evidence is None or self._vehicles.is_settled:
             return
@@ -280,7 +286,7 @@ class InputMapper:
         inputs, thrusters = self.inputs, self.inputs.thrusters
         found = list[str]()
         if thrusters is not None and self._configured.thrusters is None and inputs.preset == "blueos":
-            doubt = ardusub_frames.assumption(self.parameters)
+            doubt = ardusub.assumption(self.parameters)
             found += [doubt] if doubt else []
         if not self._early() and has_unknown_voltage(self._resolved.by_key, self._state):
             found.append(
@@ -331,7 +337,7 @@ class InputMapper:
         ours = {topic.name for topic in named_topics(self.bindings) if owners.system_of(topic) not in others}
         configured = with_settled_sources(self._configured, self.inputs, {key: self.bindings[key] for key in ours})
         self._resolved = resolve(configured, self.bindings, self.parameters, others)
-        by_key, latest = self._resolved.by_key, dict[FieldPlace, Mapped]()
+        by_key, latest = self._resolved.by_key, dict[FieldPlace, Values]()
         for source in read_with(by_key):
             values = self._newest(source)
             table = Table(None, {source.field: values, MESSAGE: np.full(values.size, -np.inf)}, {})

@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 
 from service.inputs import bus_keys, self_description
-from service.inputs.forms.cdr import has_header
 from service.inputs.live_clock import RATE
+from service.inputs.lookup import propose
 from service.inputs.mapper import TORQUE
 from service.inputs.owners import system_of
-from service.inputs.presets import Observation, Proposal, propose
-from service.inputs.presets.ros import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
+from service.inputs.presets import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
+from service.inputs.proposal import Observation, Proposal
 from service.inputs.settings import ARRIVAL, Armed, Inputs, inside, renamed
 from service.inputs.source_binding import SourceBinding, numbers
-from service.inputs.table import HEADER_STAMP, Topic, table_of, usual_stamp
+from service.inputs.table import Topic, table_of, usual_stamp
 
 SETTLED_MESSAGES = 50
 """Messages after which another key that a preset would rather take comes too late: seconds of a slow stream."""
-EXPECTED_HEARTBEAT = Armed(topic="the autopilot's HEARTBEAT", field="")
+EXPECTED_HEARTBEAT = Armed(topic="HEARTBEAT of the autopilot", field="")
 """The heartbeat that a vehicle of BlueOS will send, before it did."""
 
 
@@ -63,7 +63,7 @@ def resolve(
     known = {topic.name: heard[topic.name] for topic in topics}
     found = Proposal(Inputs(preset=preset))
     if preset not in ("incsvr", None):
-        newest = {name: table_of(each.message) for name, each in known.items()}
+        newest = {name: table_of(known[name].message) for name in self_description.names(topics)}
         vehicle, absent = self_description.of_vehicle(topics, newest), self_description.absent_batteries(topics, newest)
         found = propose(Observation(topics, parameters, vehicle, absent, _ranks(known)), preset)
     proposal = found.with_inputs(configured)
@@ -142,7 +142,7 @@ def _stamp(binding: SourceBinding, source: Any) -> tuple[str, str]:
         return _path(binding, "", said), source.stamp_unit
     if binding.type in ("keelson", "incsvr"):
         return {"keelson": "timestamp", "incsvr": "t"}[binding.type], "s"
-    path, unit = (HEADER_STAMP, "s") if has_header(binding.type) else usual_stamp(binding.fields)
+    path, unit = usual_stamp(binding.fields)
     return path or ARRIVAL, unit
 
 

@@ -7,22 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from service.inputs.clocks import Clock
 from service.inputs.live_clock import RATE, LiveClock
-from service.inputs.outputs import first_movement, least_movement, output
-from service.inputs.presets.proposal import Change
+from service.inputs.outputs import Ends, first_movement, least_movement, output
+from service.inputs.proposal import Change
 from service.inputs.settings import ARRIVAL, Armed, Axis, Inputs, Source, Thrusters
 from service.inputs.table import MESSAGE, Table
 from service.inputs.thrust import T200_NOMINAL_V, efforts, is_battery_voltage, is_pulse
 from service.inputs.units import STAMP_UNITS
+from service.inputs.values import Values
 
 TORQUE, VOLTAGE, SURGE = "torque", "voltage", "surge"
 FieldPlace = tuple[str, str]
@@ -31,31 +30,7 @@ MAX_KEPT = 100
 """Values that are kept for a command which is on its way, where commands come on several topics."""
 
 
-@dataclass(frozen=True, slots=True)
-class Mapped:
-    """Values of a stream, or of a command.
-
-    Attributes:
-        t: (n,) stamps on the one clock [s], in any order.
-        value: (n,) in SI units, of a command in the thruster's.
-        order: (n,) in which they came: times of writing in a log [s], numbers of messages on a bus.
-    """
-
-    t: Array
-    value: Array
-    order: Array
-
-    def rows(self, wanted: NDArray[Any] | slice) -> Mapped:
-        """The values where a mask is true, or at these places."""
-        return Mapped(self.t[wanted], self.value[wanted], self.order[wanted])
-
-    @staticmethod
-    def joined(parts: Sequence[Mapped]) -> Mapped:
-        """The parts of a stream as one."""
-        return Mapped(*(np.concatenate([getattr(part, name) for part in parts]) for name in Mapped.__slots__))
-
-
-NONE = Mapped(np.empty(0), np.empty(0), np.empty(0))
+NONE = Values.of(np.empty(0), np.empty(0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,15 +42,15 @@ class State:
         latest: the newest values of what commands are read with, in SI units: those since the newest command.
         commands: the newest of each command; of a log none.
         pulsed: the commands that have borne a pulse; those in another unit that have come.
-        ends: the least and the greatest of each command.
+        ends: the least and the greatest of each command, by the places of all.
         moved: when the commands first moved [s], and its place in the order; None before.
     """
 
     clock: Clock | LiveClock = field(default_factory=LiveClock)
-    latest: Mapping[FieldPlace, Mapped] = field(default_factory=dict)
-    commands: Mapping[FieldPlace, Mapped] = field(default_factory=dict)
+    latest: Mapping[FieldPlace, Values] = field(default_factory=dict)
+    commands: Mapping[FieldPlace, Values] = field(default_factory=dict)
     pulsed: frozenset[FieldPlace] = frozenset()
-    ends: Mapping[FieldPlace, tuple[float, float]] = field(default_factory=dict)
+    ends: Mapping[tuple[FieldPlace, ...], Ends | None] = field(default_factory=dict)
     moved: tuple[float, float] | None = None
 
 
@@ -87,7 +62,7 @@ def take(
     further: tuple[Axis, ...] = (),
     rate: str = RATE,
     effort: str = TORQUE,
-) -> tuple[State, dict[str, Mapped], Mapping[FieldPlace, bool]]:
+) -> tuple[State, dict[str, Values], Mapping[FieldPlace, bool]]:
     """The streams of the messages, by name, and by stream and topic whether their own stamps count.
 
     Args:
@@ -113,7 +88,7 @@ def take(
         if part.thrusters is not None
     ]
     for name in dict.fromkeys(name for each in made for name in each):
-        joined = Mapped.joined([each[name] for each in made if name in each])
+        joined = Values.joined([each[name] for each in made if name in each])
         found[name] = joined.rows(np.argsort(joined.order, kind="stable"))
     return call.ended(), found, call.own
 
@@ -167,14 +142,14 @@ def has_unknown_voltage(inputs: Inputs, state: State) -> bool:
     return settings.command in ("pwm", "fraction") and not known
 
 
-def real_values(source: Source, inputs: Inputs, tables: Mapping[str, Table]) -> Mapped:
+def real_values(source: Source, inputs: Inputs, tables: Mapping[str, Table]) -> Values:
     """The values of a source that are numbers, of a battery those that one can have, without times of their own."""
     table = tables.get(source.topic)
     if table is None or source.field not in table.columns:
         return NONE
     values, order = table.columns[source.field] * source.factor, order_of(table, source)
     real = is_battery_voltage(values) if source == battery_of(inputs) else np.isfinite(values)
-    return Mapped(order, values, order).rows(real)
+    return Values.of(order, values, order).rows(real)
 
 
 class _Call:
@@ -190,7 +165,7 @@ class _Call:
         self._inputs, self._tables, self._pulsed = inputs, tables, state.pulsed
         self._placed: dict[tuple[str, str], tuple[Array, bool]] = {}
 
-    def stream(self, name: str, source: Source | Thrusters, topic: str, path: str, factor: float = 1.0) -> Mapped:
+    def stream(self, name: str, source: Source | Thrusters, topic: str, path: str, factor: float = 1.0) -> Values:
         """The numbers of a topic with their times, those of all numbers of a topic alike; none where it has none."""
         table, clock = self._tables.get(topic), self.state.clock
         if table is None or path not in table.columns:
@@ -207,19 +182,16 @@ class _Call:
             self._placed[topic, source.stamp] = time, own
         time, self.own[name, topic] = self._placed[topic, source.stamp]
         values = table.columns[path]
-        return Mapped(time, values if factor == 1.0 else values * factor, order)
+        return Values.of(time, values if factor == 1.0 else values * factor, order)
 
-    def move(self, rows: Mapped, commands: Sequence[Array], least: float, places: Sequence[FieldPlace]) -> None:
+    def move(self, rows: Values, commands: Sequence[Array], least: float, places: Sequence[FieldPlace]) -> None:
         """Looks at commands (n,) at these rows: how far they have gone, and when they first move."""
         if self.state.moved is None:
-            ends = [self.state.ends.get(place, (np.inf, -np.inf)) for place in places]
-            row, ends = first_movement(commands, least, ends)
+            row, ends = first_movement(commands, least, self.state.ends.get(tuple(places)))
             moved = None if row is None else (float(rows.t[row]), float(rows.order[row]))
-            self.state = replace(
-                self.state, ends={**self.state.ends, **dict(zip(places, ends, strict=True))}, moved=moved
-            )
+            self.state = replace(self.state, ends={**self.state.ends, tuple(places): ends}, moved=moved)
 
-    def efforts(self, settings: Thrusters, since: float, until: float, axes: Sequence[Axis]) -> dict[str, Mapped]:
+    def efforts(self, settings: Thrusters, since: float, until: float, axes: Sequence[Axis]) -> dict[str, Values]:
         """The moments and forces of thrusters as they are within arrivals [s], where each has a command."""
         came = [self._commands(settings, *place) for place in settings.fields]
         rows, commands = join_commands(came, [self.state.commands.get(place, NONE) for place in settings.fields])
@@ -234,7 +206,7 @@ class _Call:
         self.move(rows, commands, least_movement(settings), settings.fields)
         return self._made(settings, rows, commands, axes) if rows.t.size else {}
 
-    def _commands(self, settings: Thrusters, topic: str, path: str) -> Mapped:
+    def _commands(self, settings: Thrusters, topic: str, path: str) -> Values:
         """The commands of a thruster, from its first pulse on."""
         found = self.stream(TORQUE, settings, topic, path)
         if settings.command == "pwm" and (topic, path) not in self._pulsed:
@@ -242,8 +214,8 @@ class _Call:
         return found
 
     def _made(
-        self, settings: Thrusters, rows: Mapped, commands: Sequence[Array], axes: Sequence[Axis]
-    ) -> dict[str, Mapped]:
+        self, settings: Thrusters, rows: Values, commands: Sequence[Array], axes: Sequence[Axis]
+    ) -> dict[str, Values]:
         """The moments and forces of commands (n,) at these rows, where each command and each angle is known."""
         volts = self._newest(battery_of(self._inputs), rows.order)
         usual = T200_NOMINAL_V if settings.voltage is None else settings.voltage
@@ -267,14 +239,14 @@ class _Call:
         place = np.searchsorted(rows.order, order, side="right") - 1
         return np.where(place >= 0, rows.value[np.maximum(place, 0)], np.nan)
 
-    def _read_with(self, source: Source) -> Mapped:
+    def _read_with(self, source: Source) -> Values:
         """The values of a source, those that came before among them."""
         before = self.state.latest.get((source.topic, source.field), NONE)
-        return Mapped.joined([before, real_values(source, self._inputs, self._tables)])
+        return Values.joined([before, real_values(source, self._inputs, self._tables)])
 
     def ended(self) -> State:
         """The state for the next call, which may hold commands that came after the newest of each here."""
-        latest = dict[FieldPlace, Mapped]()
+        latest = dict[FieldPlace, Values]()
         since = min((each.order[-1] for each in self.state.commands.values()), default=np.inf)
         for source in read_with(self._inputs):
             rows = self._read_with(source)
@@ -284,7 +256,7 @@ class _Call:
         return replace(self.state, latest={**self.state.latest, **kept})
 
 
-def join_commands(streams: Sequence[Mapped], before: Sequence[Mapped]) -> tuple[Mapped, list[Array]]:
+def join_commands(streams: Sequence[Values], before: Sequence[Values]) -> tuple[Values, list[Array]]:
     """The commands of all thrusters, at each stamp of one of them.
 
     Args:
@@ -302,7 +274,7 @@ def join_commands(streams: Sequence[Mapped], before: Sequence[Mapped]) -> tuple[
     time = time[np.isfinite(time)]
     order = np.full(time.size, -np.inf)
     commands = []
-    for stream in map(Mapped.joined, zip(before, streams, strict=True)):
+    for stream in map(Values.joined, zip(before, streams, strict=True)):
         if not stream.t.size:
             commands.append(np.full(time.size, np.nan))
             continue
@@ -312,4 +284,4 @@ def join_commands(streams: Sequence[Mapped], before: Sequence[Mapped]) -> tuple[
         commands.append(np.where(place >= 0, stream.value[newest], np.nan))
         own = (place >= 0) & (stream.t[newest] == time)
         order[own] = np.maximum(order[own], stream.order[newest[own]])
-    return Mapped(time, order, order), commands
+    return Values.of(time, order, order), commands

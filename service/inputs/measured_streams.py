@@ -16,7 +16,6 @@ from service.inputs.clocks import Clock, pace, pace_note, set_at, table_time, wi
 from service.inputs.mapper import (
     NONE,
     FieldPlace,
-    Mapped,
     State,
     arrival_of,
     battery_of,
@@ -28,12 +27,14 @@ from service.inputs.mapper import (
 )
 from service.inputs.marks import without_marks
 from service.inputs.outputs import output, without_pulse
-from service.inputs.presets.proposal import Change
+from service.inputs.proposal import Change
+from service.inputs.self_description import changes_note
 from service.inputs.senders import SENDER, alternates, by_turns, sentence, two_clocks
 from service.inputs.settings import ARRIVAL, Inputs, Place, Source, Thrusters
 from service.inputs.table import ROWS, Assumption, Table
 from service.inputs.thrust import T200_NOMINAL_V
 from service.inputs.units import STAMP_UNITS
+from service.inputs.values import Values
 
 UNKNOWN_VOLTAGE = (
     f"the battery's voltage is unknown: the thrust is computed for {T200_NOMINAL_V:g} V "
@@ -145,7 +146,7 @@ def _with_whole_stamps(places: Sequence[Place], tables: Mapping[str, Table]) -> 
     return found
 
 
-def _first_voltage(inputs: Inputs, tables: Mapping[str, Table]) -> dict[FieldPlace, Mapped]:
+def _first_voltage(inputs: Inputs, tables: Mapping[str, Table]) -> dict[FieldPlace, Values]:
     """The battery's first voltage [V], which holds before it was told."""
     battery = battery_of(inputs)
     rows = NONE if battery is None else real_values(battery, inputs, tables).rows(slice(1))
@@ -244,7 +245,7 @@ def _rising(time: Array, values: Array) -> Stream:
     return unique, values[order][first]
 
 
-def _change_sentences(changes: Sequence[Change], clock: Clock) -> list[str]:
+def _change_sentences(changes: Sequence[Change], clock: Clock) -> tuple[str, ...]:
     """The sentence on parameters that changed during the log."""
     said = []
     for change in changes:
@@ -252,12 +253,8 @@ def _change_sentences(changes: Sequence[Change], clock: Clock) -> list[str]:
             at = float(clock.times_of(np.array([change.since]), None)[0][0])
             lost = " (the thrusters are not known then, and nothing is learned)" if change.thrusters is None else ""
             said.append(f"{', '.join(change.parameters)} from {at:.6g} s on{lost}")
-    more = f"; and {len(said) - MAX_CHANGES_NAMED} more" if len(said) > MAX_CHANGES_NAMED else ""
-    return (
-        [f"parameters changed during the log, and apply from then on: {'; '.join(said[:MAX_CHANGES_NAMED])}{more}"]
-        if said
-        else []
-    )
+    more = [f"and {len(said) - MAX_CHANGES_NAMED} more"] if len(said) > MAX_CHANGES_NAMED else []
+    return changes_note([*said[:MAX_CHANGES_NAMED], *more])
 
 
 def _armed(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from math import isfinite
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -58,41 +57,40 @@ MIN_PULSE_MOVEMENT_US = max(T200_DEAD_BAND_US)
 """The change beyond which a pulse leaves the dead band of a T200 [µs]; one that trembles at rest does not."""
 
 
-class Movement:
-    """Message by message: whether one of the commands has changed by more than it does at rest."""
-
-    def __init__(self) -> None:
-        self.has_moved = False
-        self._ends: dict[str, tuple[float, float]] = {}
-
-    def take(self, commands: Mapping[str, float | None], least: float) -> None:
-        """Takes the commands of a message by their paths; those that are pulses count where there is a pulse."""
-        for path, command in commands.items():
-            if command is None or not isfinite(command) or (least == MIN_PULSE_MOVEMENT_US and not is_pulse(command)):
-                continue
-            low, high = self._ends.get(path, (command, command))
-            self._ends[path] = min(low, command), max(high, command)
-            self.has_moved = self.has_moved or max(high, command) - min(low, command) > least
-
-
 def least_movement(settings: Thrusters) -> float:
     """The change of a command that counts as movement, in its unit; only pulses have a known band."""
     return {"pwm": MIN_PULSE_MOVEMENT_US, "fraction": MIN_PULSE_MOVEMENT_US / FULL_PULSE_US}.get(settings.command, 0.0)
 
 
-def first_movement(
-    commands: Sequence[Array], least: float, ends: Sequence[tuple[float, float]]
-) -> tuple[int | None, list[tuple[float, float]]]:
-    """The place of the first message by which one of the commands (n,), in their order, has moved; None if none did.
+Ends = tuple[Array, Array]
+"""The least and the greatest of each command (k,) until now."""
+
+
+def movement(commands: Array, least: float, ends: Ends | None) -> tuple[int | None, Ends]:
+    """The row of commands (n, k), in the order of their messages, by which one of them has moved; None if none did.
 
     Args:
-        ends: the least and the greatest of each command before; also returned, after these.
+        least: the change beyond which a command has moved; with that of pulses only pulses count.
+        ends: before; also returned, after these.
     """
-    moved, found = np.zeros(commands[0].size, dtype=bool), []
-    for command, (least_before, greatest_before) in zip(commands, ends, strict=True):
-        known = np.isfinite(command) & (is_pulse(command) if least == MIN_PULSE_MOVEMENT_US else True)
-        low = np.minimum.accumulate(np.where(known, command, np.inf)).clip(max=least_before)
-        high = np.maximum.accumulate(np.where(known, command, -np.inf)).clip(min=greatest_before)
-        moved |= high - low > least
-        found.append((float(low[-1]), float(high[-1])) if command.size else (least_before, greatest_before))
-    return int(np.argmax(moved)) if moved.any() else None, found
+    known = np.isfinite(commands)
+    if least == MIN_PULSE_MOVEMENT_US:
+        known &= is_pulse(commands)
+    low, high = np.where(known, commands, np.inf), np.where(known, commands, -np.inf)
+    if ends is not None:
+        low[0], high[0] = np.minimum(low[0], ends[0]), np.maximum(high[0], ends[1])
+    low, high = np.minimum.accumulate(low), np.maximum.accumulate(high)
+    moved = (high - low > least).any(axis=1)
+    return int(np.argmax(moved)) if moved.any() else None, (low[-1], high[-1])
+
+
+def first_movement(
+    commands: Sequence[Array], least: float, ends: Ends | None = None, at_once: int = 4096
+) -> tuple[int | None, Ends | None]:
+    """As `movement`, of commands (n,) each, so many messages at once."""
+    for begin in range(0, commands[0].size, at_once):
+        part = np.stack([command[begin : begin + at_once] for command in commands], axis=1)
+        row, ends = movement(part, least, ends)
+        if row is not None:
+            return begin + row, ends
+    return None, ends

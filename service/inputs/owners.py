@@ -8,7 +8,7 @@ name, `SERVO_OUTPUT_RAW`; another one is numbered, `SERVO_OUTPUT_RAW[1]`, in log
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,21 +71,17 @@ def instance(name: str) -> str:
     return found[2] if found else ""
 
 
-def in_order(names: Iterable[str]) -> list[str]:
-    """Names by their instances: the plain one first, then by number, then by name."""
-
-    def place(name: str) -> tuple[bool, float, str]:
-        which = instance(name)
-        return (bool(which), float(which) if which.isdecimal() else float("inf"), which)
-
-    return sorted(names, key=place)
+def instance_place(name: str) -> tuple[bool, float, str]:
+    """The place of a name among those of its message: the plain one first, then by number, then by name."""
+    which = instance(name)
+    return bool(which), float(which) if which.isdecimal() else float("inf"), which
 
 
 AUTOPILOT = 1
 """The component that flies (MAV_COMP_ID_AUTOPILOT1)."""
 _MAVLINK = re.compile(r"(?:^|.*/)mavlink/(\d+)/(\d+)/([A-Z0-9_]+(?:\[[^\[\]]+\])?)$")
-_KEELSON = re.compile(r"^.+/@v\d+/(.+)/pubsub/([a-z0-9_]+)/.+$")
-_RMW = re.compile(r"^\d+/(.+)/[a-z][a-z0-9_]*::msg::dds_::[A-Za-z0-9]+_/[^/]+$")
+_KEELSON = re.compile(r"^(?:.+/)?@v\d+/(.+)/pubsub/([^/]+)/.+$")
+_RMW = re.compile(r"^\d+/(.+)/([a-z][a-z0-9_]*)::msg::dds_::([A-Za-z0-9]+)_/[^/]+$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +121,12 @@ def ros_name(name: str) -> str:
     """A ROS topic as ROS calls it, without its leading slash, by its name in a log or by its key on a bus."""
     found = _RMW.match(name)
     return found[1] if found else name.removeprefix("/")
+
+
+def ros_type(key: str) -> str | None:
+    """The type that a key of rmw_zenoh names, such as `sensor_msgs/msg/Imu`; None where it names none."""
+    found = _RMW.match(key)
+    return None if found is None else f"{found[2]}/msg/{found[3]}"
 
 
 def system_of(topic: Topic) -> str:

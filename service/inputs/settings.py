@@ -6,20 +6,24 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import hypot
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypedDict
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from incsvr.numerics import Array
+from service.inputs.presets import NAMES, ON_BUS
+from service.inputs.table import StampUnit
 from service.inputs.units import FACTORS, unit
 from service.wire.section import Name, Section, shaped
 
 Sign = Literal[1, -1]
-StampUnit = Literal["s", "ms", "us", "ns"]
 Axis = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
 Vector = tuple[float, float, float]
-Preset = Literal["blueos", "ros2", "keelson", "px4", "incsvr"]
+if TYPE_CHECKING:
+    PresetName = str
+else:
+    PresetName = Literal[NAMES]
 Form = Annotated[
     str,
     shaped(
@@ -218,12 +222,15 @@ class Thrusters(Section):
             yield Place.of("thrusters.measured_voltage", self.measured_voltage)
 
 
+_PRESETS = ", ".join(name if name in ON_BUS else f"{name} (logs alone)" for name in NAMES[:-1])
+
+
 class Inputs(Section):
     """The inputs in other forms than our own; the preset gives those that are left out."""
 
-    preset: Preset | None = Field(
+    preset: PresetName | None = Field(
         default=None,
-        description="blueos, ros2, keelson, px4 (logs alone) or incsvr; null: own keys on the bus, detected in logs",
+        description=f"{_PRESETS} or incsvr; null: own keys on the bus, detected in logs",
     )
     yaw_rate: Source | None = Field(default=None, description="source of the yaw rate: topic, field, unit, …")
     torque: Source | None = Field(default=None, description="source of the torque, if it is measured or published")

@@ -10,6 +10,7 @@ import numpy as np
 from incsvr.checks import implausible
 from incsvr.numerics import Array, running_integral
 from incsvr.signals.message_rates import slow_torque
+from service.inputs.clocks import without_leaps
 from service.inputs.input_mapper import InputMapper, Message
 from service.inputs.live_clock import RATE
 from service.inputs.mapper import TORQUE
@@ -162,9 +163,9 @@ class Survey:
 
 
 def _stream(came: Values) -> tuple[Array, Array]:
-    """The values sorted by stamps, each once."""
+    """The values sorted by stamps, each once; where the clock was set by days, it goes on."""
     time, first = np.unique(came.t, return_index=True)
-    return time, came.value[first]
+    return without_leaps(time)[0], came.value[first]
 
 
 def _hertz(binding: SourceBinding) -> float:

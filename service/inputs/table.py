@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from incsvr.numerics import Array
-from service.inputs.settings import StampUnit
 
+StampUnit = Literal["s", "ms", "us", "ns"]
 ROWS = "rows"
 """The name of the one topic of a log that is a table."""
 MESSAGE = "(message)"
@@ -91,10 +92,11 @@ MAX_DEPTH = 8
 def leaves(message: Any, path: str = "", depth: int = 0) -> Iterator[tuple[str, float | str]]:
     """Numbers and texts of a message with their paths: `angular_velocity.z`, `data[3]`, `message.param_id`.
 
-    A list of single characters is a text: so MAVLink's JSON writes names.
+    A list of single characters is a text: so MAVLink's JSON writes names. A number beyond all floats is none.
     """
     if isinstance(message, bool | int | float | np.number | np.bool_):
-        yield path, float(message)
+        with suppress(OverflowError):
+            yield path, float(message)
     elif isinstance(message, str):
         yield path, message
     elif isinstance(message, Mapping):

@@ -1,9 +1,10 @@
-"""Values of a stream that came on a bus."""
+"""Values of a stream, with their times and the order in which they came."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,29 +14,37 @@ from incsvr.numerics import Array
 
 @dataclass(frozen=True, slots=True)
 class Values:
-    """Values of one stream.
+    """Values of a stream, or of a command.
 
     Attributes:
-        name: of the stream.
-        t: (n,) stamps [s], n ≥ 1.
-        value: (n,) in SI units.
-        learnable: (n,) whether each may be learned from; None where all may.
+        t: (n,) stamps on the one clock [s], in any order.
+        value: (n,) in SI units, of a command in the thruster's.
+        order: (n,) in which they came: times of writing in a log [s], numbers of messages on a bus.
+        learnable: (n,) whether each may be learned from.
     """
 
-    name: str
     t: Array
     value: Array
-    learnable: NDArray[np.bool_] | None = None
+    order: Array
+    learnable: NDArray[np.bool_]
+
+    @staticmethod
+    def of(t: Array, value: Array, order: Array | None = None) -> Values:
+        """Values that all may be learned from; without another order they came as they stand."""
+        came = np.arange(t.size, dtype=np.float64) if order is None else order
+        return Values(t, value, came, np.ones(t.size, dtype=bool))
+
+    def rows(self, wanted: NDArray[Any] | slice) -> Values:
+        """The values where a mask is true, or at these places."""
+        return Values(*(getattr(self, name)[wanted] for name in Values.__slots__))
 
     def to_learn(self) -> Values | None:
         """Those that may be learned from; None without any."""
-        if self.learnable is None or self.learnable.all():
+        if self.learnable.all():
             return self
-        return Values(self.name, self.t[self.learnable], self.value[self.learnable]) if self.learnable.any() else None
+        return self.rows(self.learnable) if self.learnable.any() else None
 
     @staticmethod
     def joined(parts: Sequence[Values]) -> Values:
         """The parts of a stream as one."""
-        may = [np.ones(part.t.size, dtype=bool) if part.learnable is None else part.learnable for part in parts]
-        t, value = (np.concatenate([getattr(part, name) for part in parts]) for name in ("t", "value"))
-        return Values(parts[0].name, t, value, np.concatenate(may))
+        return Values(*(np.concatenate([getattr(part, name) for part in parts]) for name in Values.__slots__))

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from math import nan
 
 import numpy as np
 
 from incsvr.errors import BadInput
 from service.inputs.arming import says_armed
-from service.inputs.outputs import MIN_PULSE_MOVEMENT_US, Movement
-from service.inputs.owners import autopilot_message, keelson_subject, system_of
-from service.inputs.presets import keelson
-from service.inputs.presets.mavlink import heartbeat
-from service.inputs.presets.ros import RATE_PATHS, STATE_TYPE, TORQUE_PATHS
+from service.inputs.lookup import armed_of
+from service.inputs.outputs import MIN_PULSE_MOVEMENT_US, Ends, movement
+from service.inputs.owners import autopilot_message, base, keelson_subject, system_of
+from service.inputs.presets import COMMAND, OUTPUT_MESSAGE, RATE_PATHS, TORQUE_PATHS, holding
 from service.inputs.settings import Armed, Inputs
 from service.inputs.table import Topic
 
@@ -30,7 +30,6 @@ _REASONS = {
     IS_ARMED: "the first that was armed",
     IS_HEARD: "for none was armed while its outputs moved",
 }
-_PROPELLERS = ("propeller_rate_rpm", "engine_throttle_pct")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,12 +38,14 @@ class VehicleEvidence:
 
     Attributes:
         system: the vehicle.
+        topic: whose messages they are.
         armed: how they say that it is armed; None where they say nothing of it.
         commands: paths of what its thrusters are told.
         least: a command that changes by more moves.
     """
 
     system: str
+    topic: str
     armed: Armed | None = None
     commands: tuple[str, ...] = ()
     least: float = 0.0
@@ -52,22 +53,16 @@ class VehicleEvidence:
 
 def evidence_of(topic: Topic) -> VehicleEvidence | None:
     """The evidence of a topic on its vehicle; None without any."""
-    system, message = system_of(topic), autopilot_message(topic)
+    system = system_of(topic)
     if not system:
         return None
-    if message == "HEARTBEAT":
-        return VehicleEvidence(system, heartbeat(topic))
-    if message is not None and message.partition("[")[0] == "SERVO_OUTPUT_RAW":
+    if base(autopilot_message(topic) or "") == OUTPUT_MESSAGE:
         outputs = (path for path in topic.fields if path.rpartition(".")[2].startswith("servo"))
-        return VehicleEvidence(system, commands=tuple(outputs), least=MIN_PULSE_MOVEMENT_US)
-    if topic.type == STATE_TYPE:
-        return VehicleEvidence(system, Armed(topic=topic.name, field="armed"))
-    if topic.type in TORQUE_PATHS:
-        return VehicleEvidence(system, commands=(TORQUE_PATHS[topic.type],))
-    subject = keelson_subject(topic.name)
-    if subject == keelson.ARMED_SUBJECT:
-        return VehicleEvidence(system, Armed(topic=topic.name, field="value"))
-    return VehicleEvidence(system, commands=("value",)) if subject in _PROPELLERS else None
+        return VehicleEvidence(system, topic.name, commands=tuple(outputs), least=MIN_PULSE_MOVEMENT_US)
+    if (armed := holding(topic, "armed")) is not None:
+        return VehicleEvidence(system, topic.name, armed_of(*armed, topic))
+    commands = holding(topic, COMMAND) or holding(topic, "torque")
+    return None if commands is None else VehicleEvidence(system, topic.name, commands=(commands[1].field,))
 
 
 def vehicles_with_yaw_rate(topics: Sequence[Topic]) -> list[str]:
@@ -76,11 +71,8 @@ def vehicles_with_yaw_rate(topics: Sequence[Topic]) -> list[str]:
     A part of a ROS name is a vehicle only where a yaw rate and a torque have it in common.
     """
     torques = {system_of(topic) for topic in topics if topic.type in TORQUE_PATHS}
-    found = []
-    for topic in topics:
-        of_ros = topic.type in RATE_PATHS and system_of(topic) in torques
-        if of_ros or autopilot_message(topic) == "ATTITUDE" or keelson_subject(topic.name) == keelson.RATE_SUBJECT:
-            found.append(system_of(topic))
+    rates = [topic for topic in topics if holding(topic, "yaw_rate") is not None]
+    found = [system_of(topic) for topic in rates if topic.type not in RATE_PATHS or system_of(topic) in torques]
     return [system for system in dict.fromkeys(found) if system]
 
 
@@ -103,7 +95,8 @@ def present_vehicles(topics: Sequence[Topic], wanted: str = "") -> list[str]:
 @dataclass(slots=True)
 class _Observation:
     armed: bool | None = None
-    movement: Movement = field(default_factory=Movement)
+    ends: dict[str, Ends] = field(default_factory=dict)
+    has_moved: bool = False
     commanded: bool = False
     rank: int = IS_HEARD
 
@@ -142,10 +135,13 @@ class Vehicles:
             if value is not None and np.isfinite(value):
                 seen.armed = bool(says_armed(sign.armed, np.array([value]))[0])
                 if not seen.armed:
-                    seen.movement = Movement()
+                    seen.ends, seen.has_moved = {}, False
         if sign.commands:
             seen.commanded = True
-            seen.movement.take({path: number(path) for path in sign.commands}, sign.least)
+            if not seen.has_moved:
+                told = np.array([[nan if (value := number(path)) is None else value for path in sign.commands]])
+                row, seen.ends[sign.topic] = movement(told, sign.least, seen.ends.get(sign.topic))
+                seen.has_moved = row is not None
         seen.rank = max(seen.rank, _rank(seen))
         return self._consider(sign.system)
 
@@ -179,7 +175,7 @@ class Vehicles:
 
 
 def _rank(seen: _Observation) -> int:
-    if seen.movement.has_moved and seen.armed is not False:
+    if seen.has_moved and seen.armed is not False:
         return MOVES_ARMED if seen.armed else MOVES
     return IS_ARMED if seen.armed and not seen.commanded else IS_HEARD
 

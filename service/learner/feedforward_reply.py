@@ -12,7 +12,7 @@ from incsvr.numerics import Array
 from incsvr.signals.streams import JUMP_S
 from service import wire
 from service.learner.node import LearnerNode
-from service.learner.published import ServedModel, check_trained
+from service.learner.published import check_trained
 from service.learner.questions import MAX_RATE, refuse_effort
 
 
@@ -89,7 +89,7 @@ def _present(node: LearnerNode, name: str) -> float:
     return value
 
 
-def _prediction(served: ServedModel, rate: Array, channels: Mapping[str, Array]) -> Prediction:
+def _prediction(served: wire.ModelSnapshot, rate: Array, channels: Mapping[str, Array]) -> Prediction:
     """The model along a plan."""
     several = served.model.several
     if several is None:

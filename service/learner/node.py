@@ -19,40 +19,44 @@ from incsvr.checks.agreement import MODEL_KINDS
 from incsvr.errors import BadInput
 from incsvr.learning import checked_learner as guard
 from incsvr.learning.checked_learner import Guarded
-from incsvr.learning.learner import Iteration
 from incsvr.numerics import Array
-from incsvr.numerics.plain import to_plain
+from incsvr.numerics.plain import fields_to_plain
 from incsvr.plant.axes import AXES
 from incsvr.plant.mass_and_coriolis import inertia_in_force
 from incsvr.plant.words import words_of
+from incsvr.signals import REQUIRED
 from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
 from service.config.traced_effects import TracedEffects
 from service.learner.batches import MAX_WAITING_BATCHES, Batches
-from service.learner.prepared_iteration import (
-    CommittedIteration,
-    PreparedIteration,
-    RateCoverage,
-    learn_afresh,
-    prepare,
-    take_back,
-    train,
-)
-from service.learner.published import ServedModel, damping_reply, snapshot, textbook_coefficients
-from service.learner.questions import DampingQuery
+from service.learner.next_iteration import NextIteration, RateCoverage, learn_afresh, take_back, train
+from service.learner.published import textbook_coefficients
+from service.learner.raw_streams import RawStreams
+from service.learner.stand_in import MEMORY_S as FORECAST_MEMORY_S
 from service.learner.stand_in import StandIn
-from service.learner.thrust import ThrustWatch
+from service.learner.thrust import MAX_BEHIND_S, ThrustWatch
 from service.learner.window import RecentBatches, Window
-from service.state.restored import restore
+from service.state.memory import Memory, restore
+
+RAW_MEMORY_S = max(2.0 * FORECAST_MEMORY_S, MAX_BEHIND_S)
+"""The time before the end of a batch for which raw data are kept [s]: forecasts are tried on them once the batch is
+learned, and the watch over the thrust may be behind."""
 
 
 @dataclass(frozen=True, slots=True)
 class BatchEnd:
-    """The last stamp of a batch [s], and what was served after it."""
+    """The end of a batch.
+
+    Attributes:
+        time: its last stamp [s].
+        served: what was served after it.
+        paused_since: the first stamp of the batch that paused learning [s]; None where learning goes on.
+    """
 
     time: float
-    served: ServedModel
+    served: wire.ModelSnapshot
+    paused_since: float | None
 
 
 class LearnerNode:
@@ -81,13 +85,13 @@ class LearnerNode:
         if effects is not None:
             findings = effects.findings
             self.ledger = wire.EffectsLedger(effects=findings, history=effects.history)
-        self.ledger = self.ledger.model_copy(update={"mode": config.tracing.live})
+        self.ledger = replace(self.ledger, mode=config.tracing.live)
         self._settings = config.learner_settings()
         self._validation: dict[str, Samples] = {}
-        known = restore(memory, self._settings)
-        self._guarded, self._covered = known.guarded, RateCoverage(known.covered)
-        self.remarks: tuple[str, ...] = () if known.remark is None else (known.remark,)
-        paused = known.guarded.checks.paused_since is not None
+        known, self.remarks = restore(memory, self._settings)
+        self._guarded = Guarded(known.learner, known.checks, known.before)
+        self._covered = RateCoverage.of(known.covered)
+        paused = known.checks.paused_since is not None
         self.current_warnings = CurrentWarnings("it was before the restart; the next batch decides" if paused else None)
         compensation = None if effects is None else effects.compensation
         signals = config.signal_settings()
@@ -101,16 +105,25 @@ class LearnerNode:
         window = Window(signals, config.tracing.window) if config.tracing.on else None
         coupled, others = config.coupled(), self._settings.others
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled, others)
-        self.stand_in = StandIn(signals, (memory or {}).get("forecast"), others, coupled, compensation, self.words)
+        self.raw = RawStreams(signals)
+        self.stand_in = StandIn(signals, self.raw, known.forecast, others, coupled, compensation, self.words)
         #: None where other velocities have a part in the torque, which its errors would hold.
         alone = coupled is None and not others
-        self.thrust = ThrustWatch(signals, (memory or {}).get("thrust")) if alone else None
+        self.thrust = ThrustWatch(signals, self.raw, known.thrust) if alone else None
         self._judged_until: float | None = None  # the last stamp of the last batch, learned or put aside [s]
         self._batch_ends: deque[BatchEnd] = deque(maxlen=MAX_WAITING_BATCHES)
         self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)
-        learned = known.guarded.learner
-        self.served = ServedModel(learned.model, known.revision, learned.iterations, known.t, findings)
+        learned = known.learner
+        self.served = wire.ModelSnapshot(
+            boot=boot,
+            revision=known.revision,
+            iteration=learned.iterations,
+            t=known.t,
+            model=learned.model,
+            inertia=config.vehicle.inertia,
+            effects=findings,
+        )
 
     def take_batch_ends(self) -> list[BatchEnd]:
         """The batches since the last time, learned or put aside, the oldest first; from the thread that learns."""
@@ -124,11 +137,11 @@ class LearnerNode:
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
         """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where `learn` has something to do."""
-        self.stand_in.push(stream, t, value)
-        look_is_due = self.thrust is not None and self.thrust.push(stream, t, value)
+        self.raw.push(stream, t, value)
+        look_is_due = self.thrust is not None and stream in REQUIRED and self.thrust.is_due
         return self.batches.push(stream, t, value) or look_is_due
 
-    def learn(self) -> CommittedIteration | None:
+    def learn(self) -> NextIteration | None:
         """The next iteration, where a whole batch waits that is not put aside; call it from one thread alone.
 
         Where a batch pauses learning, that which takes the batch before back. Batches that hold too little motion for a
@@ -140,23 +153,27 @@ class LearnerNode:
         while (batch := self.batches.next_batch()) is not None:
             self._look(min(due, float(batch.time[-1])))
             self._judged_until = float(batch.time[-1])
+            self.raw.forget(self._judged_until - RAW_MEMORY_S)
             guarded, verdict, taken_back = guard.judge(self._settings, self._vehicle, self._guarded, batch)
             outcome = None
             if verdict.learn:
                 self.stand_in.batch_learned(self.served.model, batch, self.batches.smoothing)
-                new = self._prepare(guarded, batch, self.served.effects, self._validation)
+                new = self._next(guarded, batch, self.served.effects, self._validation)
                 if new.served.model.is_trained:
                     outcome = self._adopt(new)
                 else:
                     self._keep(new)
             elif taken_back is not None:
                 self.stand_in.taken_back()
-                outcome = self._adopt(self._prepare_return(guarded, batch, taken_back))
+                served = replace(self.served, revision=self._published + 1)
+                axis, validation = AXES[self.config.vehicle.axis], self._validation
+                outcome = self._adopt(take_back(guarded, batch, taken_back, served, self._covered, axis, validation))
             else:
                 self._guarded = guarded
             self.current_warnings = self.current_warnings.after(verdict)
             if self.config.tracing.on:  # else nobody takes them, and each holds a model
-                self._batch_ends.append(BatchEnd(self._judged_until, self.served))
+                paused_since = self._guarded.checks.paused_since
+                self._batch_ends.append(BatchEnd(self._judged_until, self.served, paused_since))
             if outcome is not None:
                 return outcome
         self._look(due)
@@ -173,7 +190,7 @@ class LearnerNode:
 
     def relearn(
         self, effects: TracedEffects | None, validation: Mapping[str, Samples], since: float = -math.inf
-    ) -> CommittedIteration | None:
+    ) -> NextIteration | None:
         """Learns the recent data again, from nothing, with these effects in place of those in force.
 
         What came before the time `since` [s], when the vehicle may have been without them, is left out.
@@ -198,13 +215,13 @@ class LearnerNode:
         guarded = learn_afresh(self._settings, self._vehicle, samples)
         guarded = replace(guarded, learner=replace(guarded.learner, iterations=self._guarded.learner.iterations))
         last, findings = samples.take(slice(len(samples) - size, None)), effects.findings if effects else ()
-        new = self._prepare(guarded, last, findings, validation)
+        new = self._next(guarded, last, findings, validation)
         if not new.served.model.is_trained and self.served.model.is_trained:
-            new = self._prepare(self._guarded, last, findings, validation)
+            new = self._next(self._guarded, last, findings, validation)
         self.batches.restart(compensation, float(last.time[-1]), restarts)
         self._validation = dict(validation)
         self.stand_in.change_effects(compensation)
-        self.ledger = self.ledger.model_copy(update={"batch": None})
+        self.ledger = replace(self.ledger, batch=None)
         if not new.served.model.is_trained:
             self._keep(new)
             self.served = replace(self.served, effects=findings)
@@ -218,53 +235,35 @@ class LearnerNode:
         work: Literal["trace", "prove"] | None,
     ) -> None:
         """Replaces the ledger: effects in force, other findings, steps, present work."""
-        told = {"effects": self.served.effects, "found": found, "history": history, "work": work}
-        self.ledger = self.ledger.model_copy(update=told)
+        self.ledger = replace(self.ledger, effects=self.served.effects, found=found, history=history, work=work)
 
     @property
     def published(self) -> int:
         """The highest revision that was ever given."""
         return self._published
 
-    def _prepare(
+    def _next(
         self, guarded: Guarded, batch: Samples, effects: tuple[dict[str, Any], ...], validation: Mapping[str, Samples]
-    ) -> PreparedIteration:
+    ) -> NextIteration:
         """The iteration that leads from this state on, of a model that holds these effects; nothing changes yet."""
-        step = train(self._settings, guarded, batch)
         covered = self._covered.over(batch, self._settings.rate_range, self.batches.clock_restarts)
-        newest = float(batch.time[-1])
-        served = ServedModel(step.iteration.model, self._published + 1, step.iteration.number, newest, effects)
-        return prepare(step, served, covered, self.config, self.boot, validation)
+        served = replace(self.served, revision=self._published + 1, effects=effects)
+        axis = AXES[self.config.vehicle.axis]
+        return train(self._settings, guarded, batch, served, covered, axis, validation)
 
-    def _prepare_return(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> PreparedIteration:
-        """Prepares the return to the model before the last batch, because of this one, which is put aside."""
-        served = replace(self.served, model=iteration.model, revision=self._published + 1, iteration=iteration.number)
-        step = take_back(guarded, batch, iteration)
-        return prepare(step, served, self._covered, self.config, self.boot, self._validation)
-
-    def _adopt(self, new: PreparedIteration) -> CommittedIteration:
+    def _adopt(self, new: NextIteration) -> NextIteration:
         """Takes this as the learned state and the served model."""
         self._keep(new)
         self.served, self._published = new.served, new.served.revision
         if new.report.batch.parts:
-            self.ledger = self.ledger.model_copy(update={"batch": new.report.batch})
-        return CommittedIteration(new.snapshot, new.report, self.memory())
+            self.ledger = replace(self.ledger, batch=new.report.batch)
+        return new
 
-    def _keep(self, new: PreparedIteration) -> None:
+    def _keep(self, new: NextIteration) -> None:
         """Takes this as the learned state, without a change of the served model."""
         self._guarded, self._covered = new.guarded, new.covered
         if new.motion is not None:
             self.recent_batches.add(*new.motion, self.batches.smoothing, new.report.trained)
-
-    def predict(self, asked: DampingQuery) -> wire.DampingReply:
-        """The damping at what is asked.
-
-        Raises:
-            NothingLearned: ask again later.
-            BadInput: it is asked over other velocities than damping was learned over.
-        """
-        served = self.served
-        return damping_reply(served.model, asked, served.iteration, served.revision)
 
     @property
     def fresh_coverage(self) -> float:
@@ -273,21 +272,24 @@ class LearnerNode:
 
     def memory(self, whole: bool = False) -> dict[str, Any]:
         """The durable memory as plain data; `whole` adds the samples on their way to the next batch."""
-        known: dict[str, Any] = {
-            **to_plain(self._guarded),
-            "revision": self.served.revision,
-            "covered": self._covered.to_list(),
-            "t": self.served.t,
-        } | ({} if self.thrust is None else {"thrust": self.thrust.to_dict()})
-        if whole:
-            known |= {"on_the_way": self.batches.to_dict(), "forecast": self.stand_in.to_dict()}
-        return known
+        now = self._guarded
+        known = Memory(
+            now.learner,
+            now.checks,
+            now.before,
+            revision=self.served.revision,
+            covered=self._covered.times,
+            t=self.served.t,
+            thrust=None if self.thrust is None else self.thrust.to_dict(),
+            on_the_way=self.batches.to_dict() if whole else None,
+            forecast=self.stand_in.to_dict() if whole else None,
+        )
+        return fields_to_plain(known)
 
     def coefficients(self) -> wire.Coefficients:
         """The textbook's coefficients of what is served; none where nothing is learned."""
-        return textbook_coefficients(self.served, self.boot)
+        return textbook_coefficients(self.served)
 
     def latest(self) -> wire.ModelSnapshot | None:
         """The snapshot of what is served; None before anything was learned."""
-        served = self.served
-        return snapshot(served, self.boot, self.config.vehicle.inertia) if served.revision else None
+        return self.served if self.served.revision else None

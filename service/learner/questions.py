@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 import zenoh
@@ -16,7 +15,7 @@ from incsvr.plant.words import AxisWords
 from service import wire
 from service.config.configuration import Config
 from service.number import number_of, whole_number_of
-from service.wire import Numbers
+from service.wire import DampingQuery, Numbers
 
 MAX_QUESTION_BYTES = 250_000
 """The longest payload of a question that is read."""
@@ -69,7 +68,7 @@ def damping_query(
         raise BadInput(f"name the {words.rates} to answer for, such as ?rate=-0.2,0,0.2 in {words.rate_unit}")
     if len(query.payload) > MAX_QUESTION_BYTES:
         raise BadInput(f"the payload is longer than {MAX_QUESTION_BYTES} bytes; ask in several queries")
-    payload = wire.decode(wire.DampingQuery, query.payload.to_bytes())
+    payload = wire.decode(DampingQuery, query.payload.to_bytes())
     others = [(velocities.get(name, name), values) for name, values in payload.others.items()]
     return checked_query([("rate", payload.rate), *others], words)
 
@@ -133,41 +132,30 @@ MAX_RATE = 1e3
 """Whoever asks for a velocity beyond [rad/s], [m/s] has another unit."""
 
 
-@dataclass(frozen=True, slots=True)
-class DampingQuery:
-    """The velocities of a question. It holds plain numbers: most questions name one rate, and arrays cost more than all
-    that is done with it.
+def columns(asked: DampingQuery, model: Model) -> list[Numbers]:
+    """(n,) values of each velocity of a trained model, the own one first. Of several, one that is not named is as
+    usual where it learned.
 
-    Attributes:
-        rate: (n,) of the axis itself, n ≥ 1.
-        others: further ones by name, each (n,) or a single value for all.
+    They are plain numbers: most questions name one rate, and arrays cost more than all that is done with it.
+
+    Raises:
+        BadInput: a name that the model does not know, or values of different number.
     """
-
-    rate: Numbers
-    others: Mapping[str, Numbers] = field(default_factory=dict)
-
-    def columns(self, model: Model) -> list[Numbers]:
-        """(n,) values of each velocity of a trained model, the own one first. Of several, one that is not named is as
-        usual where it learned.
-
-        Raises:
-            BadInput: a name that the model does not know, or values of different number.
-        """
-        several = model.several
-        known = () if several is None else several.others
-        for name in self.others:
-            if name not in known:
-                over = ", ".join((several.own, *known)) if several is not None else "the own velocity alone"
-                raise BadInput(f"{name[:80]}= is given, but damping is learned over {over}; leave it out")
-        if several is None:
-            return [self.rate]
-        usual = dict(zip(known, several.usual.tolist(), strict=True))
-        columns = [self.rate, *(self.others.get(name, (usual[name],)) for name in known)]
-        most = max(len(column) for column in columns)
-        if any(len(column) not in (1, most) for column in columns):
-            sizes = ", ".join(f"{n} {len(c)}" for n, c in zip((several.own, *known), columns, strict=True))
-            raise BadInput(f"give every velocity the same number of values, or one for all; there are of {sizes}")
-        return [column if len(column) == most else column * most for column in columns]
+    several = model.several
+    known = () if several is None else several.others
+    for name in asked.others:
+        if name not in known:
+            over = ", ".join((several.own, *known)) if several is not None else "the own velocity alone"
+            raise BadInput(f"{name[:80]}= is given, but damping is learned over {over}; leave it out")
+    if several is None:
+        return [asked.rate]
+    usual = dict(zip(known, several.usual.tolist(), strict=True))
+    found = [asked.rate, *(asked.others.get(name, (usual[name],)) for name in known)]
+    most = max(len(column) for column in found)
+    if any(len(column) not in (1, most) for column in found):
+        sizes = ", ".join(f"{n} {len(c)}" for n, c in zip((several.own, *known), found, strict=True))
+        raise BadInput(f"give every velocity the same number of values, or one for all; there are of {sizes}")
+    return [column if len(column) == most else column * most for column in found]
 
 
 def velocity_names(config: Config) -> dict[str, str]:
@@ -198,7 +186,7 @@ def checked_query(values: Sequence[tuple[str, Numbers]], words: AxisWords) -> Da
             if name != "rate":
                 what, unit = f"a value of {name[:80]}", "its unit"
             raise BadInput(f"{what} is NaN, infinite or beyond {MAX_RATE:g} {unit}; ask for finite values in {unit}")
-    return DampingQuery(found.pop("rate"), found)
+    return DampingQuery(rate=found.pop("rate"), others=found)
 
 
 def parse_numbers(name: str, text: str, unit: str) -> Numbers:

@@ -1,15 +1,13 @@
 """The model in the gyro's place: forecasts from the last that was measured, and how right earlier ones were.
 
-Of one learner. It keeps the newest raw data of the two streams, and before a batch is learned tries its own forecasts
-on them (`incsvr.forecasting.Experience`). Measurements are pushed from any thread; one thread learns; anybody asks.
+Of one learner. It looks at the newest raw data, and before a batch is learned tries its own forecasts on them
+(`incsvr.forecasting.Experience`). One thread learns; anybody asks.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-import threading
-from array import array
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,7 +22,7 @@ from incsvr.learning.model import Model
 from incsvr.numerics import Array, Stream
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import YAW_WORDS, AxisWords
-from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings
+from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED
 from incsvr.signals.steps import refuse_steps
@@ -32,6 +30,7 @@ from incsvr.signals.streams import JUMP_S
 from service import wire
 from service.learner.published import check_trained
 from service.learner.questions import refuse_effort
+from service.learner.raw_streams import RawStreams
 
 if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation
@@ -41,11 +40,9 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 MEMORY_S = 300.0
-"""The time for which raw data are kept [s]: an estimate goes on from what was measured no longer ago."""
+"""The time for which raw data count [s]: an estimate goes on from what was measured no longer ago."""
 TRIAL_PERIOD_S = 20.0
 """The time between two trials of forecasts [s]: in quick batches they would cost more than the learning."""
-CAPACITY_VALUES = 60_000
-"""Values of a stream that are kept at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +53,29 @@ class ForecastFromStart:
     forecast: Forecast
     newest: float
 
+    @property
+    def columns(self) -> dict[str, Any]:
+        """Times, rates and headings with their intervals of 95 %, and what they are worth, as payloads name them."""
+        found = self.forecast
+        columns = {
+            "t": found.time,
+            "rate": found.rate,
+            "rate_low": found.rate - found.rate_half,
+            "rate_high": found.rate + found.rate_half,
+            "turned": found.turned,
+            "turned_low": found.turned - found.turned_half,
+            "turned_high": found.turned + found.turned_half,
+            "worth": found.worth,
+        }
+        return {name: tuple(values.tolist()) for name, values in columns.items()}
+
 
 class StandIn:
     """The stand-in of a learner with these signals.
 
     Args:
         signals: how streams become samples.
+        raw: their newest data.
         memory: what an earlier `to_dict` gave.
         others: the channels of the further velocities that damping is learned over.
         coupled: the axis in its body; None takes it by itself.
@@ -72,31 +86,21 @@ class StandIn:
     def __init__(
         self,
         signals: SignalSettings,
+        raw: RawStreams,
         memory: Mapping[str, Any] | None = None,
         others: tuple[str, ...] = (),
         coupled: Coupled | None = None,
         effects: Compensation | None = None,
         words: AxisWords = YAW_WORDS,
     ) -> None:
-        self._signals, self._lock = signals, threading.Lock()
+        self._signals, self._raw = signals, raw
         self._others, self._coupled, self._effects, self._words = others, coupled, effects, words
-        self._raw = {stream: (array("d"), array("d")) for stream in (*REQUIRED, *signals.channels)}
         self._believed_ends: deque[float] = deque(maxlen=3)
         self._pending_trial: tuple[Model, float, float, float] | None = None
         try:
             self.experience = Experience() if memory is None else Experience.from_dict(memory)
         except Exception:  # what earlier forecasts taught comes again: nothing else is lost
             self.experience = Experience()
-
-    def push(self, stream: str, t: Array, value: Array) -> None:
-        """Keeps (n,) stamps [s] and values of a stream; what is no measurement is left out later."""
-        if stream not in self._raw:
-            return
-        with self._lock:
-            for kept, new in zip(self._raw[stream], (t, value), strict=True):
-                kept.extend(new.tolist())
-                if len(kept) > CAPACITY_VALUES:
-                    del kept[: len(kept) - CAPACITY_VALUES // 2]
 
     def batch_learned(self, model: Model, batch: Samples, smoothing: float) -> None:
         """A batch was believed and learned; `model` was served until then. Forecasts on it are tried by `catch_up`."""
@@ -119,7 +123,6 @@ class StandIn:
         except Exception:  # whatever came, learning goes on; the intervals begin anew
             log.exception("a fault of this program: forecasts could not be tried")
             self.experience = Experience()
-        self._forget(end - MEMORY_S)
 
     def taken_back(self) -> None:
         """The batch that was learned last was not to be believed."""
@@ -236,25 +239,8 @@ class StandIn:
         return Grid.of(parts[0], parts[1], smoothing, self._signals.sample_period, held)
 
     def _stream(self, stream: str) -> Stream:
-        """The recent measurements of a stream, by rising stamps, each once."""
-        with self._lock:
-            time, value = (np.array(kept) for kept in self._raw[stream])
-        limits = {YAW_RATE: self._signals.rate_limit, TORQUE: self._signals.torque_limit}
-        limit = limits.get(stream, math.inf)
-        kept = np.isfinite(time) & np.isfinite(value) & (np.abs(value) <= limit)
-        time, value = time[kept], value[kept]
-        # A stamp far ahead of all others is a mistake, one far behind is of the time before a clock began anew: both
-        # stand apart from what came last.
-        recent = float(np.median(time[-11:])) if time.size else 0.0
-        near = np.abs(time - recent) <= MEMORY_S
-        unique, first = np.unique(time[near], return_index=True)
-        return unique, value[near][first]
-
-    def _forget(self, before: float) -> None:
-        with self._lock:
-            for time, value in self._raw.values():
-                old = int(np.searchsorted(np.array(time), before))
-                del time[:old], value[:old]
+        """The recent measurements of a stream."""
+        return self._raw.read(stream, MEMORY_S)
 
 
 def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.ForecastReply:
@@ -285,18 +271,10 @@ def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.
         refuse_steps(at, "the times of the answers")
         refuse_effort(torque, node.config.vehicle.torque_limit, node.words)
         ahead = stand_in.under(served.model, smoothing, believed, t, torque, at)
-    found = ahead.forecast
     return wire.ForecastReply(
         since=ahead.start.time,
         measured=ahead.start.rate,
-        t=tuple(found.time.tolist()),
-        rate=tuple(found.rate.tolist()),
-        rate_low=tuple((found.rate - found.rate_half).tolist()),
-        rate_high=tuple((found.rate + found.rate_half).tolist()),
-        turned=tuple(found.turned.tolist()),
-        turned_low=tuple((found.turned - found.turned_half).tolist()),
-        turned_high=tuple((found.turned + found.turned_half).tolist()),
-        worth=tuple(found.worth.tolist()),
+        **ahead.columns,
         iteration=served.iteration,
         revision=served.revision,
     )
@@ -319,27 +297,17 @@ def estimate(node: LearnerNode, silent_s: float | None) -> wire.Estimate | None:
 
 
 def _last(node: LearnerNode, ahead: ForecastFromStart, why: str) -> wire.Estimate:
-    found = ahead.forecast
-    rate, half, turned, doubt = (
-        float(values[-1]) for values in (found.rate, found.rate_half, found.turned, found.turned_half)
-    )
-    worth, age = bool(found.worth[-1]), float(found.time[-1]) - ahead.start.time
+    newest = {name: values[-1] for name, values in ahead.columns.items()}
+    age = newest["t"] - ahead.start.time
     left = (
         ""
-        if worth
+        if newest["worth"]
         else "; this estimate is too uncertain to be useful: its interval is as wide as the range of the usual rates"
     )
     return wire.Estimate(
-        t=float(found.time[-1]),
-        rate=rate,
-        rate_low=rate - half,
-        rate_high=rate + half,
-        turned=turned,
-        turned_low=turned - doubt,
-        turned_high=turned + doubt,
+        **newest,
         since=ahead.start.time,
         age_s=age,
-        worth=worth,
         why=f"{why}; the last valid measurement is {age:.1f} s old{left}",
         iteration=node.served.iteration,
         revision=node.served.revision,

@@ -106,12 +106,19 @@ class LiveTracing:
         self.state = self.state.after_clock_restart(end.time)
         if node.batches.window_end(end.time) != end.time:  # its data are not there, or have gone
             return None
-        return self.state.due(end.time, self._config.tracing.window, self._config.tracing.proof)
+        settings, changed = self._config.tracing, self._changed(end)
+        return self.state.due(end.time, settings.window, settings.proof, changed)
+
+    def _changed(self, end: BatchEnd) -> float:
+        """The time since which the vehicle is as it is now [s]: the batch that pauses learning holds both."""
+        if end.paused_since is None:
+            return -math.inf
+        return end.paused_since + self._config.learner_settings().batch * self._config.signals.sample_period
 
     def _start(self, node: LearnerNode, work: Work, end: BatchEnd) -> bool:
         """Starts it beside the learner, where nothing else is at work; True where the ledger says more than before."""
         settings, before = self._config.tracing, self.state
-        recent = recent_streams(node.batches.recent(end.time), settings, before, work, end.time)
+        recent = recent_streams(node.batches.recent(end.time), settings, before, work, end.time, self._changed(end))
         self._work = (work, end)
         try:
             self._child = self._begin(job(self._config, before, work, end.time, end.served.model), recent)

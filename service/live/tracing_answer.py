@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.fresh_data import as_run, compare_on_fresh_data
+from incsvr.compensation.fresh_data import compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.learning.freeing import streams_by_itself
 from incsvr.learning.model import Model
@@ -18,6 +18,7 @@ from incsvr.signals import REQUIRED
 from incsvr.signals.coupled import decoupled_streams
 from incsvr.tracing.model import Effect, TracedModel
 from incsvr.tracing.result import trace_if_found
+from incsvr.tracing.run import as_run
 
 
 def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:

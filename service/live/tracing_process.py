@@ -123,9 +123,16 @@ class Worker(Protocol):
 Begin = Callable[[Mapping[str, Any], Streams], Worker | None]
 
 
-def recent_streams(streams: Streams, settings: Tracing, state: TracingState, work: Work, newest: float) -> Streams:
-    """The part of the recent streams, name → (stamps [s], values), that the work due at `newest` [s] is about."""
-    since = _since(settings, state, newest) if work == "prove" else newest - settings.window
+def recent_streams(
+    streams: Streams, settings: Tracing, state: TracingState, work: Work, newest: float, changed: float
+) -> Streams:
+    """The part of the recent streams, name → (stamps [s], values), that the work due at `newest` [s] is about.
+
+    Args:
+        changed: the time of a change of the vehicle [s]: a trace of data from before it and after takes one effect for
+            another.
+    """
+    since = _since(settings, state, newest) if work == "prove" else max(newest - settings.window, changed)
     return {
         name: (t[(t >= since) & (t <= newest)], value[(t >= since) & (t <= newest)])
         for name, (t, value) in streams.items()

@@ -12,6 +12,7 @@ came and how long the process took.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -146,7 +147,7 @@ class TracingState:
             others.append(("active", self.active))
         return min(others, key=lambda one: 0.0 if one[1].proof is None else one[1].proof["until"], default=None)
 
-    def due(self, newest: float, window: float, proof: float) -> Work | None:
+    def due(self, newest: float, window: float, proof: float, changed: float = -math.inf) -> Work | None:
         """The work that is due when a full window reaches up to `newest` [s].
 
         Effects are proven whenever enough is fresh. A trace begins where nothing is suspected, and sees something that
@@ -155,6 +156,7 @@ class TracingState:
         Args:
             newest: [s].
             window, proof: as configured [s].
+            changed: the time of a change that pauses learning [s]: a trace waits for half a window of data after it.
         """
         wanted = proof if self.suspect else TRIAL_PART * window
         if self.under_test is not None and newest >= self.unseen_from + wanted:
@@ -162,7 +164,8 @@ class TracingState:
         # What was found is only found again.
         rest = FRESH_PART * window if self.proven is None and self.active is None else window
         rested = self.traced_until is None or newest >= self.traced_until + rest
-        return "trace" if self.suspect is None and rested else None
+        enough = newest >= changed + TRIAL_PART * window
+        return "trace" if self.suspect is None and rested and enough else None
 
     def after_clock_restart(self, newest: float) -> TracingState:
         """The state after a restart of the vehicle's clock: all times count from now."""

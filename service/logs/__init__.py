@@ -1,4 +1,4 @@
-"""Logs as vehicles write them: one protocol, one file a format, chosen by what is in the file and not by its name."""
+"""Logs as vehicles write them: one value, one reader a format, chosen by what is in the file and not by its name."""
 
 from __future__ import annotations
 

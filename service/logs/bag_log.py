@@ -3,111 +3,81 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
 from service.cli.extras import load_package
 from service.inputs.senders import SENDER
-from service.inputs.table import Table, Topic
-from service.logs.log import Damage, TableBuilder, first_line
+from service.inputs.table import Topic
+from service.logs.log import Damage, Log, TableBuilder, first_line
 from service.logs.opening import first_bytes
 
 
-class BagLog:
-    """A bag; its messages are decoded where they are asked for."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._one = not path.is_dir() and first_bytes(path).startswith(b"#ROSBAG")
-        self.format = "ROS 1 bag" if self._one else "ROS 2 bag"
-        self._types, self._damage = RosTypes(path, self._one), Damage(path)
-        with self._opened() as reader:
-            for connection in reader.connections:
-                if connection.msgdef.data:
-                    self._types.define(
-                        connection.msgtype, connection.msgdef.data, "IDL" in str(connection.msgdef.format)
-                    )
-            topics = [self._topic(reader, each) for each in sorted(reader.connections, key=_topic_name)]
-            counts = Counter[str]()
-            for each in topics:
-                counts[each.name] += each.count
-            named = {each.name: each for each in topics}  # several senders of one name are one topic
-            self.topics = tuple(replace(each, count=counts[name]) for name, each in named.items())
-
-    def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        gathered = {name: TableBuilder() for name in names}
-        self._damage.begin(set(names))
-        with self._opened() as reader:
-            several = Counter(each.topic for each in reader.connections)
-            wanted = [each for each in reader.connections if each.topic in names and self._types.knows(each.msgtype)]
-            for connection, stamp, payload in reader.messages(connections=wanted) if wanted else ():
-                try:
-                    message = self._types.decode(payload, connection.msgtype)
-                except Exception as error:  # bytes that end early raise whatever reads them
-                    self._damage.add_broken(connection.topic, error)
-                    continue
-                self._damage.add_read(connection.topic)
-                if several[connection.topic] > 1 and isinstance(message, dict):
-                    message = {**message, SENDER: connection.id}
-                gathered[connection.topic].add(stamp * 1e-9, message)
-        self._damage.refuse()
-        return {name: messages.table() for name, messages in gathered.items() if len(messages)}
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The notes on messages that could not be read."""
-        return self._damage.notes
-
-    def _topic(self, reader: Any, connection: Any) -> Topic:
-        fields: tuple[str, ...] = ()
-        if self._types.knows(connection.msgtype):
-            for _, stamp, payload in reader.messages(connections=[connection]):
-                first = TableBuilder()
-                try:
-                    first.add(stamp * 1e-9, self._types.decode(payload, connection.msgtype))
-                except Exception:  # the next one shows the fields; broken ones are counted where all are read
-                    continue
-                fields = first.fields
-                break
-        return Topic(connection.topic, connection.msgtype, fields, connection.msgcount)
-
-    @contextmanager
-    def _opened(self) -> Iterator[Any]:
-        try:
-            if self._one:
-                reader = load_package("rosbags.rosbag1", self._path, "a bag").Reader(self._path)
-            elif self._path.is_dir():
-                reader = load_package("rosbags.rosbag2", self._path, "a bag").Reader(self._path)
-            else:
-                reader = load_package("rosbags.rosbag2.storage_sqlite3", self._path, "a bag").Sqlite3Reader(self._path)
-            reader.open()
-        except BadInput:
-            raise
-        except Exception as error:  # rosbags raises what its databases and parsers do, too
-            raise BadInput(
-                f"{self._path}: cannot be read as a bag ({first_line(error)}); reindex it, or record it again"
-            ) from None
-        try:
-            yield reader
-        finally:
-            reader.close()
-
-
-def open_log(path: Path) -> BagLog:
-    """Reads what is in a bag, and of each topic the first message.
+def open_log(path: Path) -> Log:
+    """Reads the whole bag.
 
     Raises:
         BadInput: it is damaged, or rosbags is missing.
     """
-    return BagLog(path)
+    one = not path.is_dir() and first_bytes(path).startswith(b"#ROSBAG")
+    types, damage = RosTypes(path, one), Damage(path)
+    with _opened(path, one) as reader:
+        connections = sorted(reader.connections, key=lambda each: str(each.topic))
+        for each in connections:
+            if each.msgdef.data:
+                types.define(each.msgtype, each.msgdef.data, "IDL" in str(each.msgdef.format))
+        known = [each for each in connections if types.knows(each.msgtype)]
+        gathered = _gathered(reader, known, types, damage)
+        counts, kinds = Counter[str](), dict[str, str]()
+        for each in connections:  # several senders of one name are one topic
+            counts[each.topic] += each.msgcount
+            kinds[each.topic] = each.msgtype
+    fields = {name: tuple(field for field in found.fields if field != SENDER) for name, found in gathered.items()}
+    topics = (Topic(name, kind, fields.get(name, ()), counts[name]) for name, kind in kinds.items())
+    tables = {name: found.table() for name, found in gathered.items() if len(found)}
+    return Log("ROS 1 bag" if one else "ROS 2 bag", tuple(topics), tables, damage.notes, damage.broken)
 
 
-def _topic_name(connection: Any) -> str:
-    return str(connection.topic)
+def _gathered(reader: Any, known: Sequence[Any], types: RosTypes, damage: Damage) -> dict[str, TableBuilder]:
+    """The messages of connections whose types are known; of several senders of one name each says whose it is."""
+    several = Counter(each.topic for each in reader.connections)
+    found = {each.topic: TableBuilder() for each in known}
+    for connection, stamp, payload in reader.messages(connections=known) if known else ():
+        try:
+            message = types.decode(payload, connection.msgtype)
+        except Exception as error:  # bytes that end early raise whatever reads them
+            damage.add_broken(connection.topic, error)
+            continue
+        damage.add_read(connection.topic)
+        if several[connection.topic] > 1:
+            message[SENDER] = connection.id
+        found[connection.topic].add(stamp * 1e-9, message)
+    return found
+
+
+@contextmanager
+def _opened(path: Path, one: bool) -> Iterator[Any]:
+    try:
+        if one:
+            reader = load_package("rosbags.rosbag1", path, "a bag").Reader(path)
+        elif path.is_dir():
+            reader = load_package("rosbags.rosbag2", path, "a bag").Reader(path)
+        else:
+            reader = load_package("rosbags.rosbag2.storage_sqlite3", path, "a bag").Sqlite3Reader(path)
+        reader.open()
+    except BadInput:
+        raise
+    except Exception as error:  # rosbags raises what its databases and parsers do, too
+        raise BadInput(
+            f"{path}: cannot be read as a bag ({first_line(error)}); reindex it, or record it again"
+        ) from None
+    try:
+        yield reader
+    finally:
+        reader.close()
 
 
 class RosTypes:

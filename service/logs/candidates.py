@@ -17,14 +17,13 @@ from incsvr.plant.axes import AXES
 from incsvr.signals.scales import white_noise
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.owners import base
-from service.inputs.presets.px4 import YAW_FIELD
-from service.inputs.presets.ros import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
+from service.inputs.presets import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import ROWS, Table, Topic
 from service.logs.log import Log
 
 _FIELDS = {**RATE_PATHS, **TORQUE_PATHS}
-_OF_INSTANCES = {"IMU": "GyrZ", "vehicle_angular_velocity": YAW_FIELD}
+_OF_INSTANCES = {"IMU": "GyrZ", "vehicle_angular_velocity": "xyz[2]"}
 """Messages of which a log may have several, and the field of their yaw rate."""
 MIN_TURN_DEVIATIONS = 7.0
 """The fastest turns (99 %) in deviations of the gyro's noise below which a vehicle did not turn: one at rest shows
@@ -165,7 +164,7 @@ def refuse_without_numbers(path: Path, log: Log) -> None:
     """
     if any(topic.fields for topic in log.topics):
         return
-    texts = sorted({name for table in log.read([topic.name for topic in log.topics]).values() for name in table.texts})
+    texts = sorted({name for table in log.tables.values() for name in table.texts})
     there = f" (only texts: {', '.join(texts[:12])})" if texts else ""
     raise BadInput(
         f"{path}: no column of it holds numbers{there}; a log needs the time, the yaw rate and the torque as numbers"

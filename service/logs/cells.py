@@ -47,14 +47,18 @@ class Columns:
     notes: tuple[str, ...]
 
 
-def columns_of(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Columns:
-    """The columns under a header; a first row that holds units is used, and is no row of the table."""
+def columns_of(header: Sequence[str], rows: Sequence[Sequence[str]], ours: bool = False) -> Columns:
+    """The columns under a header; a first row that holds units is used, and is no row of the table.
+
+    Args:
+        ours: whether a point is known to be the decimal mark, as in recordings of our own.
+    """
     cells = {name: [row[k].strip() if k < len(row) else "" for row in rows] for k, name in enumerate(header) if name}
     units = {name: each[0].strip("[]()") for name, each in cells.items()}
     with_units = len(rows) > 2 and _is_units_row(list(units.values()), [each[1] for each in cells.values()])
     numbers, texts, instants, notes = dict[str, Array](), dict[str, tuple[str, ...]](), list[str](), list[str]()
     for name, column in cells.items():
-        values, how = _read(column[1:] if with_units else column)
+        values, how = _read(column[1:] if with_units else column, ours)
         if values is None:
             texts[name] = tuple(column[1:] if with_units else column)
             continue
@@ -102,16 +106,16 @@ def _is_units_row(first: Sequence[str], second: Sequence[str]) -> bool:
     return 2 * numeric > len(second)
 
 
-def _read(cells: Sequence[str]) -> tuple[Array | None, str]:
+def _read(cells: Sequence[str], ours: bool = False) -> tuple[Array | None, str]:
     """A column as numbers, and how it was read; None where it holds other texts."""
-    plain = [_plain(cell) for cell in cells]
-    if None not in plain:
-        mark = _grouped_by(cells, ".")
-        return (np.array(plain), "") if mark is None else (_ungrouped(cells, mark), _thousands(mark))
+    plain = _plain_numbers(cells)
+    if plain is not None:
+        mark = None if ours else _grouped_by(cells, ".")
+        return (plain, "") if mark is None else (_ungrouped(cells, mark), _thousands(mark))
     for mark in _GROUPS:
         if _grouped_by(cells, mark) is not None:
             return _ungrouped(cells, mark), _thousands(mark)
-    commas = [_plain(cell.replace(",", ".")) if cell.count(",") <= 1 else None for cell in cells]
+    commas = [plain_number(cell.replace(",", ".")) if cell.count(",") <= 1 else None for cell in cells]
     if None not in commas:
         return np.array(commas), "decimal commas are read as points"
     instants = _dates(cells)
@@ -122,7 +126,18 @@ def _thousands(mark: str) -> str:
     return f"the marks {'between' if mark == chr(39) else repr(mark) + ' between'} thousands are left out"
 
 
-def _plain(cell: str) -> float | None:
+def _plain_numbers(cells: Sequence[str]) -> Array | None:
+    """A column of numbers that need no mark looked at, NaN where nothing was sampled; None where there is another."""
+    try:
+        number = number_of if "_" in "".join(cells) else float  # of a million cells, each call counts
+        return np.array([number(cell) if cell else nan for cell in cells])
+    except ValueError:
+        values = [plain_number(cell) for cell in cells]
+        return None if None in values else np.array(values, dtype=np.float64)
+
+
+def plain_number(cell: str) -> float | None:
+    """The number in a cell, NaN where nothing was sampled; None where it is none, or has another decimal mark."""
     try:
         return number_of(cell)
     except ValueError:
@@ -137,15 +152,21 @@ def _grouped_by(cells: Sequence[str], mark: str) -> str | None:
     group = f"[{_GROUPS[mark]}]"
     decimal = {"'": "[.,]", ".": ",", ",": "\\."}[mark]
     whole = re.compile(rf"^[+-]?\d{{1,3}}((?:{group}\d{{3}})*)({decimal}\d+)?$")
-    found = [whole.match(cell) for cell in cells if cell.lower() not in EMPTY_CELLS]
-    if not found or None in found:
+    found = list[re.Match[str]]()
+    for cell in cells:
+        match = whole.match(cell)
+        if match is not None:
+            found.append(match)
+        elif cell.lower() not in EMPTY_CELLS:
+            return None
+    if not found:
         return None
-    groups = [len(each[1]) // 4 for each in found if each is not None]
+    groups = [len(each[1]) // 4 for each in found]
     if not any(groups):
         return None
-    if mark == "'" or max(groups) > 1 or any(each is not None and each[1] and each[2] for each in found):
+    if mark == "'" or max(groups) > 1 or any(each[1] and each[2] for each in found):
         return mark
-    texts = [each[0].lstrip("+-") for each in found if each is not None]
+    texts = [each[0].lstrip("+-") for each in found]
     larger = [text for text, count in zip(texts, groups, strict=True) if count]
     smaller = [text for text, count in zip(texts, groups, strict=True) if not count]
     certain = any(len(text) == 3 for text in smaller) and any(text.endswith("0") for text in larger)

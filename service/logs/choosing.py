@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from incsvr.numerics import Array
+from service.inputs.owners import AUTOPILOT
 from service.inputs.settings import Inputs
 from service.inputs.vehicles import (
     Vehicles,
@@ -57,6 +58,18 @@ def choose_vehicle(log: Log, inputs: Inputs = NO_VEHICLE_NAMED) -> VehicleChoice
         _look(log, set(candidates), vehicles)
     others = vehicles.others(everybody)
     return VehicleChoice(vehicles.chosen, others, (vehicles.note(others),) if others else ())
+
+
+def with_plain_names(log: Log) -> Log:
+    """The log with the messages of the autopilot of the vehicle that is chosen by their plain names: `ATTITUDE`."""
+    system = choose_vehicle(log).system
+    plain = f"mavlink/{system}/{AUTOPILOT}/"
+    topics = (
+        replace(topic, name=topic.name.removeprefix(plain), system=system) if topic.name.startswith(plain) else topic
+        for topic in log.topics
+    )
+    tables = {name.removeprefix(plain): table for name, table in log.tables.items()}
+    return replace(log, topics=tuple(sorted(topics, key=lambda topic: topic.name)), tables=tables)
 
 
 def _look(log: Log, candidates: set[str], vehicles: Vehicles) -> None:

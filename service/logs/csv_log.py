@@ -5,15 +5,18 @@ from __future__ import annotations
 import csv
 import gzip
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.inputs.table import ROWS, Table, Topic
+from service.inputs.clocks import table_time
+from service.inputs.table import ROWS, Table
 from service.logs.cells import EMPTY_CELLS, columns_of, refuse_split_decimals
+from service.logs.log import Log, table_log
 from service.logs.opening import GZIP, UTF_16, first_bytes
+from service.logs.own_table import refuse_faults
 from service.number import number_of
 
 OURS = "recording"
@@ -27,32 +30,18 @@ HEAD_LINES = 20
 """Lines by which a table is told."""
 
 
-@dataclass(frozen=True, slots=True)
-class TableLog:
-    """A file that is one table: a topic whose fields are its columns.
-
-    Nothing says when its rows were written down, but a column that is the time.
-    """
-
-    format: str
-    table: Table
-    notes: tuple[str, ...] = ()
-
-    @property
-    def topics(self) -> tuple[Topic, ...]:
-        return (Topic(ROWS, "", tuple(self.table.columns), self.table.count),)
-
-    def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        return {ROWS: self.table} if ROWS in names else {}
-
-
-def open_log(path: Path) -> TableLog:
+def open_log(path: Path, ours: bool = False) -> Log:
     """Reads the whole file.
 
+    Args:
+        ours: whether it begins as our recordings do, whose faults are named, but for other spellings of numbers and
+            times.
+
     Raises:
-        BadInput: it is no table of text.
+        BadInput: it is no table of text, or has a fault.
     """
-    rows = csv_rows(path)
+    every = csv_rows(path)
+    rows = [row for row in every if any(row)]
     if not rows:
         raise BadInput(f"{path}: the file is empty; a log begins with a header that names its columns")
     header = [name.strip() for name in rows[0]]
@@ -62,16 +51,23 @@ def open_log(path: Path) -> TableLog:
         raise BadInput(f"{path}: there are no rows below the header; record at least a few seconds")
     refuse_unnamed(path, header)
     refuse_split_decimals(path, header, rows[1:])
-    found = columns_of(header, rows[1:])
-    return TableLog("CSV", Table(None, found.numbers, found.texts, found.instants), found.notes)
+    found = columns_of(header, rows[1:], ours)
+    log = table_log("CSV", Table(None, found.numbers, found.texts, found.instants), found.notes)
+    if not ours or found.notes or "t" in found.instants:
+        return log
+    try:
+        refuse_faults(path, header, every, found)
+    except BadInput:
+        if "t" in found.numbers and table_time(log.tables[ROWS], "t")[1]:
+            return log
+        raise
+    return replace(log, format=OURS)
 
 
-def csv_rows(path: Path, delimiter: str | None = None) -> list[list[str]]:
+def csv_rows(path: Path) -> list[list[str]]:
     """The rows of a table of text, plain or gzipped, of any usual encoding, the header first.
 
-    Args:
-        delimiter: by which all lines are read; None tells it from the header, and leaves out lines without text and
-            what stands above the header.
+    Its header tells the delimiter; what stands above it is left out.
 
     Raises:
         BadInput: it cannot be read, or is no text.
@@ -82,13 +78,13 @@ def csv_rows(path: Path, delimiter: str | None = None) -> list[list[str]]:
             encoding = "utf-16" if file.read(2) in UTF_16 else "utf-8-sig"
         try:
             with opened(path, "rt", newline="", encoding=encoding) as file:
-                return _rows(file, delimiter)
+                return _rows(file)
         except UnicodeDecodeError:
             with opened(path, "rb") as file:
                 if any(_NO_TEXT.search(line) for line in file):
                     raise
             with opened(path, "rt", newline="", encoding="cp1252") as file:
-                return _rows(file, delimiter)
+                return _rows(file)
     except OSError as error:
         raise BadInput(f"{path}: cannot be read ({error.strerror or error}); give the path of a recording") from None
     except (UnicodeDecodeError, EOFError):
@@ -97,15 +93,13 @@ def csv_rows(path: Path, delimiter: str | None = None) -> list[list[str]]:
         raise BadInput(f"{path}: this is no CSV text ({error}); export the recording as UTF-8 CSV") from None
 
 
-def _rows(lines: Iterable[str], delimiter: str | None) -> list[list[str]]:
-    if delimiter is not None:
-        return list(csv.reader(lines, delimiter=delimiter))
+def _rows(lines: Iterable[str]) -> list[list[str]]:
     lines = _from_header(lines)
     first = next(lines, "")
     delimiter, lines = max(_DELIMITERS, key=first.count), chain([first], lines)
     if delimiter not in first:
         return [line.split() for line in lines if line.strip()]
-    return [row for row in csv.reader(lines, delimiter=delimiter) if any(row)]
+    return list(csv.reader(lines, delimiter=delimiter))
 
 
 def _from_header(lines: Iterable[str]) -> Iterator[str]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Stream, Streams
 from service.number import number_of
 
 MIN_STAMP_SINCE_1970_S = 1e9
@@ -110,15 +109,6 @@ class Cut:
         high = math.inf if self.end is None else _stamp(self.end, span, max(low, span.first))
         return low, high
 
-    def in_stamps(self, span: Span) -> Cut:
-        """The cut by the stamps of a log that spans this: it holds for each part of the log."""
-        low, high = self.ends(span)
-        begin, end = (
-            None if end is None else replace(end, seconds=stamp, of_day=False)
-            for end, stamp in ((self.begin, low), (self.end, high))
-        )
-        return Cut(begin, end)
-
 
 WHOLE_LOG = Cut()
 """No cut."""
@@ -163,28 +153,25 @@ def since_1970(stamps: Array, arrival: Array | None) -> float | None:
     return float(np.median(came) - np.median(known))
 
 
-def rows_inside(time: Array, cut: Cut, span: Span) -> NDArray[np.bool_]:
-    """Selects the stamps (n,) [s] within a cut.
-
-    Raises:
-        EmptyCut: none of them.
-    """
-    low, high = cut.ends(span)
-    inside = (time >= low) & (time <= high)
+def refuse_empty(cut: Cut, inside: NDArray[np.bool_], span: Span) -> None:
+    """Raises EmptyCut where a cut holds none of (n,) stamps of a log."""
     if not inside.any():
         raise EmptyCut(f"{cut} selects no data of this log, which spans {span}")
-    return np.asarray(inside)
 
 
-def columns_inside(columns: Mapping[str, Array], inside: NDArray[np.bool_]) -> dict[str, Array]:
-    """The rows of columns, each (n,), that are inside; `armed` begins with what it was before the first of them."""
-    kept = {name: values[inside] for name, values in columns.items()}
-    if ARMED_CHANNEL in columns and kept[ARMED_CHANNEL].size and np.isnan(kept[ARMED_CHANNEL][0]):
-        before = columns[ARMED_CHANNEL][: int(np.argmax(inside))]
-        known = before[~np.isnan(before)]
-        if known.size:
-            kept[ARMED_CHANNEL] = np.concatenate((known[-1:], kept[ARMED_CHANNEL][1:]))
-    return kept
+def streams_inside(streams: Streams, low: float, high: float) -> dict[str, Stream]:
+    """The streams from one stamp to another [s]; `armed` begins with what it was before the first value."""
+    found = dict[str, Stream]()
+    for name, (time, values) in streams.items():
+        inside = (time >= low) & (time <= high)
+        found[name] = time[inside], values[inside]
+    begins = [time[0] for time, _ in found.values() if time.size]
+    if ARMED_CHANNEL in found and begins:
+        (time, values), (stamps, said) = found[ARMED_CHANNEL], streams[ARMED_CHANNEL]
+        before = int(np.searchsorted(stamps, low))
+        if before and min(begins) not in time[:1]:
+            found[ARMED_CHANNEL] = np.insert(time, 0, min(begins)), np.insert(values, 0, said[before - 1])
+    return found
 
 
 def _stamp(end: Instant, span: Span, after: float) -> float:

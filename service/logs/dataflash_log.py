@@ -6,7 +6,7 @@ numbered, `IMU[1]`.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
@@ -18,8 +18,9 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.cli.extras import load_package
 from service.inputs.table import Table, Topic
-from service.logs.log import Damage
+from service.logs.log import Damage, Log
 
+Bytes = np.ndarray[Any, np.dtype[np.uint8]]
 _LOG_MESSAGES = {"FMT", "FMTU", "UNIT", "MULT"}
 """Messages about the log and not about the vehicle."""
 _HEADER_BYTES = 3
@@ -36,71 +37,8 @@ _INSTANCE_FIELDS = ("I", "Instance")
 """Fields that tell sensors apart in logs which do not say which field does."""
 
 
-class DataflashLog:
-    """A DataFlash log; its messages are decoded where they are asked for."""
-
-    def __init__(self, path: Path, reader: Any) -> None:
-        self.format = "ArduPilot DataFlash"
-        self._damage = Damage(path)
-        self._bytes = np.frombuffer(reader.data_map, dtype=np.uint8)
-        self._messages: dict[str, tuple[Any, np.ndarray[Any, np.dtype[np.int64]]]] = {}
-        whole = 0
-        for number, form in reader.formats.items():
-            places = np.asarray(reader.offsets[number], dtype=np.int64)
-            places = places[places + form.len <= self._bytes.size]
-            whole += form.len * places.size
-            if places.size and form.columns and form.name not in _LOG_MESSAGES:
-                for name, of_it in self._instances(form, places):
-                    self._messages[name] = (form, of_it)
-        self._damage.add_skipped(self._bytes.size - whole)
-
-    @property
-    def topics(self) -> tuple[Topic, ...]:
-        return tuple(
-            Topic(name, form.name, tuple(form.columns), places.size)
-            for name, (form, places) in sorted(self._messages.items())
-        )
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The notes on messages that could not be read."""
-        return self._damage.notes
-
-    def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        return {name: self._table(*self._messages[name]) for name in names if name in self._messages}
-
-    def _instances(self, form: Any, places: np.ndarray[Any, np.dtype[np.int64]]) -> list[tuple[str, Any]]:
-        """The messages of each sensor, by the names of their topics."""
-        field = form.instance_field or next((name for name in _INSTANCE_FIELDS if name in form.columns), None)
-        fields = self._fields(form, places)
-        if field is None or fields[field].dtype.kind not in "iu":
-            return [(form.name, places)]
-        sensor = fields[field]
-        return [
-            (form.name if k == 0 else f"{form.name}[{which}]", places[sensor == which])
-            for k, which in enumerate(np.unique(sensor).tolist())
-        ]
-
-    def _fields(self, form: Any, places: np.ndarray[Any, np.dtype[np.int64]]) -> Any:
-        """The messages as records, as they are stored."""
-        kind = np.dtype([(name, _FORMATS[letter]) for name, letter in zip(form.columns, form.format, strict=False)])
-        stored = self._bytes[places[:, None] + np.arange(_HEADER_BYTES, _HEADER_BYTES + kind.itemsize)]
-        return np.ascontiguousarray(stored).view(kind)[:, 0]
-
-    def _table(self, form: Any, places: np.ndarray[Any, np.dtype[np.int64]]) -> Table:
-        fields = self._fields(form, places)
-        columns: dict[str, Array] = {}
-        texts: dict[str, tuple[str, ...]] = {}
-        for name, letter in zip(form.columns, form.format, strict=False):
-            if fields[name].dtype.kind == "S":
-                texts[name] = tuple(each.decode("utf-8", "replace") for each in fields[name].tolist())
-            elif fields[name].dtype.kind != "V":
-                columns[name] = fields[name].astype(np.float64) * _FACTORS.get(letter, 1.0)
-        return Table(_since_boot(columns, places.size), columns, texts)
-
-
-def open_log(path: Path) -> DataflashLog:
-    """Reads the index of a log.
+def open_log(path: Path) -> Log:
+    """Reads the whole file.
 
     Raises:
         BadInput: it is damaged from its beginning, or pymavlink is missing.
@@ -110,12 +48,58 @@ def open_log(path: Path) -> DataflashLog:
         with redirect_stderr(StringIO()):  # a page that was not written in full is told there, byte by byte
             reader = dataflash.DFReader_binary(str(path), zero_time_base=True)
         reader.filehandle.close()  # what is read is mapped into memory
-        log = DataflashLog(path, reader)
+        log = _log(path, reader)
     except Exception as error:  # pymavlink raises whatever its parser stumbles over
         raise BadInput(f"{path}: cannot be read as a DataFlash log ({error}); download it again") from None
     if not log.topics:
         raise BadInput(f"{path}: there is no message in this DataFlash log; download it again")
     return log
+
+
+def _log(path: Path, reader: Any) -> Log:
+    content = np.frombuffer(reader.data_map, dtype=np.uint8)
+    damage, whole = Damage(path), 0
+    topics, tables = list[Topic](), dict[str, Table]()
+    for number, form in reader.formats.items():
+        places = np.asarray(reader.offsets[number], dtype=np.int64)
+        places = places[places + form.len <= content.size]
+        whole += form.len * places.size
+        if places.size and form.columns and form.name not in _LOG_MESSAGES:
+            for name, records in _instances(form, _records(form, content, places)):
+                topics.append(Topic(name, form.name, tuple(form.columns), records.size))
+                tables[name] = _table(form, records)
+    damage.add_skipped(content.size - whole)
+    return Log("ArduPilot DataFlash", tuple(sorted(topics, key=lambda topic: topic.name)), tables, damage.notes)
+
+
+def _records(form: Any, content: Bytes, places: np.ndarray[Any, np.dtype[np.int64]]) -> Any:
+    """(n,) the messages as records, as they are stored at `places` (n,)."""
+    kind = np.dtype([(name, _FORMATS[letter]) for name, letter in zip(form.columns, form.format, strict=False)])
+    stored = content[places[:, None] + np.arange(_HEADER_BYTES, _HEADER_BYTES + kind.itemsize)]
+    return np.ascontiguousarray(stored).view(kind)[:, 0]
+
+
+def _instances(form: Any, records: Any) -> list[tuple[str, Any]]:
+    """The messages of each sensor, by the names of their topics."""
+    field = form.instance_field or next((name for name in _INSTANCE_FIELDS if name in form.columns), None)
+    if field is None or records[field].dtype.kind not in "iu":
+        return [(form.name, records)]
+    sensor = records[field]
+    return [
+        (form.name if k == 0 else f"{form.name}[{which}]", records[sensor == which])
+        for k, which in enumerate(np.unique(sensor).tolist())
+    ]
+
+
+def _table(form: Any, records: Any) -> Table:
+    columns: dict[str, Array] = {}
+    texts: dict[str, tuple[str, ...]] = {}
+    for name, letter in zip(form.columns, form.format, strict=False):
+        if records[name].dtype.kind == "S":
+            texts[name] = tuple(each.decode("utf-8", "replace") for each in records[name].tolist())
+        elif records[name].dtype.kind != "V":
+            columns[name] = records[name].astype(np.float64) * _FACTORS.get(letter, 1.0)
+    return Table(_since_boot(columns, records.size), columns, texts)
 
 
 def _since_boot(columns: Mapping[str, Array], count: int) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isfinite, nan
@@ -16,7 +16,7 @@ from service.inputs.owners import AUTOPILOT
 from service.inputs.settings import Inputs
 from service.inputs.table import ROWS, Table, Topic
 from service.inputs.vehicles import present_vehicles
-from service.logs.choosing import choose_vehicle
+from service.logs.choosing import choose_vehicle, with_plain_names
 from service.logs.csv_log import OURS
 from service.logs.cutting import MIN_STAMP_SINCE_1970_S
 from service.logs.log import Log
@@ -24,59 +24,29 @@ from service.logs.opening import is_log, open_any
 from service.logs.reading import NO_DESCRIPTION, LogDescription, describe, writing_times
 
 
-class JoinedLog:
-    """The parts of a log in the order of time.
+def joined_log(parts: Sequence[Log]) -> Log:
+    """The parts of a log in the order of time, as one.
 
     A telemetry log calls the messages of the vehicle that it chose by their plain names. Over several of them the
     choice is made anew, so the plain names are those of the vehicle that is chosen over all parts.
     """
-
-    def __init__(self, parts: Sequence[Log]) -> None:
-        self.format = next((part.format for part in parts if part.format != OURS), OURS)
-        self._parts = parts
-        self._system = ""
-        self._places: dict[str, list[tuple[int, str]]] = {}
-        topics: dict[str, Topic] = {}
-        for k, part in enumerate(parts):
-            for topic in part.topics:
-                name = _in_full(topic)
-                self._places.setdefault(name, []).append((k, topic.name))
-                before = topics.get(name, Topic(name, topic.type, (), 0))
-                fields = tuple(dict.fromkeys((*before.fields, *topic.fields)))
-                topics[name] = replace(before, fields=fields, count=before.count + topic.count)
-        self._topics = tuple(topics[name] for name in sorted(topics))
-        if any(topic.system for part in parts for topic in part.topics):
-            self._call_plainly(choose_vehicle(self).system)
-
-    @property
-    def topics(self) -> tuple[Topic, ...]:
-        return self._topics
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The notes on messages of the parts that could not be read."""
-        return tuple(dict.fromkeys(note for part in self._parts for note in part.notes))
-
-    def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        wanted = [name for name in names if name in self._places]
-        by_part: dict[int, list[str]] = {}
-        for name in wanted:
-            for k, own in self._places[name]:
-                by_part.setdefault(k, []).append(own)
-        tables = {k: self._parts[k].read(own) for k, own in by_part.items()}
-        found = {name: [tables[k][own] for k, own in self._places[name] if own in tables[k]] for name in wanted}
-        return {name: _join(parts) for name, parts in found.items() if parts}
-
-    def _call_plainly(self, system: str) -> None:
-        """The messages of this system's autopilot by their plain names."""
-        plain = f"mavlink/{system}/{AUTOPILOT}/"
-        self._places = {name.removeprefix(plain): places for name, places in self._places.items()}
-        self._topics = tuple(
-            replace(topic, name=topic.name.removeprefix(plain), system=system)
-            if topic.name.startswith(plain)
-            else topic
-            for topic in self._topics
-        )
+    topics, tables = dict[str, Topic](), dict[str, list[Table]]()
+    for part in parts:
+        for topic in part.topics:
+            name = _in_full(topic)
+            before = topics.get(name, Topic(name, topic.type, (), 0))
+            fields = tuple(dict.fromkeys((*before.fields, *topic.fields)))
+            topics[name] = replace(before, fields=fields, count=before.count + topic.count)
+            if topic.name in part.tables:
+                tables.setdefault(name, []).append(part.tables[topic.name])
+    joined = Log(
+        next((part.format for part in parts if part.format != OURS), OURS),
+        tuple(topics[name] for name in sorted(topics)),
+        {name: _join(found) for name, found in tables.items()},
+        tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+        tuple(each for part in parts for each in part.broken),
+    )
+    return with_plain_names(joined) if any(topic.system for part in parts for topic in part.topics) else joined
 
 
 def refuse_other_vehicles(paths: Sequence[Path], parts: Sequence[Log], joined: Log, inputs: Inputs) -> None:
@@ -200,7 +170,7 @@ class Dive:
         logs = [open_any(part.path) if part.log is None else part.log for part in self.parts]
         if len(logs) == 1:
             return logs[0]
-        joined = JoinedLog(logs)
+        joined = joined_log(logs)
         refuse_other_vehicles([part.path for part in self.parts], logs, joined, description.inputs)
         return joined
 

@@ -1,7 +1,7 @@
-"""The interface of a log, the tables that messages become, and the account of those that cannot be read.
+"""A log as a value: the tables that its messages become, and the account of those that cannot be read.
 
-Numbers and texts stand by their paths, in one column each. A broken message is left out, counted, and said; a log of
-which most are broken is refused.
+Numbers and texts stand by their paths, in one column each. A broken message is left out, counted, and said; a topic of
+which most are broken is refused where it is needed.
 """
 
 from __future__ import annotations
@@ -9,37 +9,100 @@ from __future__ import annotations
 from array import array
 from collections import Counter
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from math import nan
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from incsvr.errors import BadInput
-from service.inputs.table import Table, Topic, leaves
+from service.inputs.owners import base
+from service.inputs.table import ROWS, Table, Topic, leaves
+
+MAX_BROKEN_PART = 0.5
+"""Part of a topic's messages that may be broken: beyond, the log says something else than it means."""
 
 
-class Log(Protocol):
-    """A log of any format.
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """The messages of a topic that cannot be read.
 
-    Raises:
-        BadInput: on opening or reading, naming the file and the cure.
+    Attributes:
+        path: of the file.
+        topic: without the instance of its messages.
+        count: of them.
+        whole: of all messages of the topic.
+        why: what the last of them was refused with.
     """
 
-    @property
-    def format(self) -> str:
-        """The name of the format."""
+    path: Path
+    topic: str
+    count: int
+    whole: int
+    why: str
 
     @property
-    def topics(self) -> tuple[Topic, ...]:
-        """The topics by name."""
+    def note(self) -> str:
+        """The sentence on messages that are few."""
+        return f"{self._counts} and are left out ({self.why})"
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """The notes on messages that could not be read, one sentence each; known after reading."""
+    def _counts(self) -> str:
+        return f"{self.count} of {self.whole} messages of {self.topic} cannot be read"
 
-    def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        """The messages of the topics named."""
+    def refuse(self) -> None:
+        """Raises BadInput where these are most of its messages."""
+        if self.count > MAX_BROKEN_PART * self.whole:
+            raise BadInput(
+                f"{self.path}: {self._counts} ({self.why}): record again with the definition of the message that the "
+                "driver sends, or mend the file"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """A log of any format, as it was read.
+
+    Attributes:
+        format: the name of the format.
+        topics: by name.
+        tables: the messages by topic, of all forms that are read here.
+        notes: sentences on the file as a whole.
+        broken: the messages that cannot be read.
+    """
+
+    format: str
+    topics: tuple[Topic, ...]
+    tables: Mapping[str, Table]
+    notes: tuple[str, ...] = ()
+    broken: tuple[Broken, ...] = ()
+
+    def read(self, names: Collection[str]) -> dict[str, Table]:
+        """The messages of the topics named.
+
+        Raises:
+            BadInput: most messages of one cannot be read.
+        """
+        for each in self._broken(names):
+            each.refuse()
+        return {name: table for name, table in self.tables.items() if name in names}
+
+    def notes_on(self, names: Collection[str]) -> tuple[str, ...]:
+        """A sentence for each of these topics with broken messages, and those on the file as a whole."""
+        return (*(each.note for each in self._broken(names)), *self.notes)
+
+    def _broken(self, names: Collection[str]) -> list[Broken]:
+        plain = {base(name) for name in names}
+        return [each for each in self.broken if each.topic in plain]
+
+
+def table_log(form: str, table: Table, notes: tuple[str, ...] = ()) -> Log:
+    """A log that is one table: a topic whose fields are its columns.
+
+    Nothing says when its rows were written down, but a column that is the time.
+    """
+    return Log(form, (Topic(ROWS, "", tuple(table.columns), table.count),), {ROWS: table}, notes)
 
 
 class TableBuilder:
@@ -79,14 +142,10 @@ class TableBuilder:
         for texts in self._texts.values():
             texts.extend("" for _ in range(count - len(texts)))
         return Table(
-            np.array(self._arrival),
-            {path: np.array(column) for path, column in self._columns.items()},
+            np.frombuffer(self._arrival),
+            {path: np.frombuffer(column) for path, column in self._columns.items()},
             {path: tuple(texts) for path, texts in self._texts.items()},
         )
-
-
-MAX_BROKEN_PART = 0.5
-"""Part of a topic's messages that may be broken: beyond, the log says something else than it means."""
 
 
 def first_line(error: Exception) -> str:
@@ -95,7 +154,7 @@ def first_line(error: Exception) -> str:
 
 
 class Damage:
-    """The unreadable messages of a log, as far as it was read."""
+    """The account of what cannot be read in a file, while it is read."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -123,29 +182,16 @@ class Damage:
         """Counts bytes that belong to no message."""
         self._skipped += count
 
-    def begin(self, topics: set[str]) -> None:
-        """Starts the counts of these topics from zero, because they are read again."""
-        for topic in topics:
-            self._broken.pop(topic, None)
-            self._read.pop(topic, None)
+    @property
+    def broken(self) -> tuple[Broken, ...]:
+        """The broken messages by topic."""
+        counts = sorted(self._broken.items())
+        return tuple(
+            Broken(self._path, topic, count, count + self._read[topic], self._why[topic]) for topic, count in counts
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A sentence for each topic with broken messages, and one for a file that ends early."""
-        found = []
-        for topic, count in sorted(self._broken.items()):
-            whole = count + self._read[topic]
-            found.append(f"{count} of {whole} messages of {topic} cannot be read and are left out ({self._why[topic]})")
-        if self._skipped:
-            found.append(f"{self._skipped} bytes of the file belong to no whole message and are left out")
-        return (*found, *([self._ended] if self._ended else []))
-
-    def refuse(self) -> None:
-        """Raises BadInput where most messages of a topic cannot be read."""
-        for topic, count in sorted(self._broken.items()):
-            whole = count + self._read[topic]
-            if count > MAX_BROKEN_PART * whole:
-                raise BadInput(
-                    f"{self._path}: {count} of {whole} messages of {topic} cannot be read ({self._why[topic]}): record "
-                    "again with the definition of the message that the driver sends, or mend the file"
-                )
+        """The sentences on bytes that were skipped, and on a file that ends early."""
+        skipped = f"{self._skipped} bytes of the file belong to no whole message and are left out"
+        return (*([skipped] if self._skipped else []), *([self._ended] if self._ended else []))

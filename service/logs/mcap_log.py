@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
 from service.cli.extras import load_package
 from service.inputs.forms import json_message
-from service.inputs.owners import base, instance_field, mavlink_topic
-from service.inputs.table import Table, Topic
+from service.inputs.owners import mavlink_topic
+from service.inputs.table import Topic
 from service.logs.bag_log import RosTypes
-from service.logs.log import Damage, TableBuilder
+from service.logs.log import Damage, Log, TableBuilder
 from service.logs.opening import archive_files
 
 _TIMESTAMP = "google.protobuf.Timestamp"
@@ -76,79 +77,57 @@ def _repeated(value: Any) -> bool:
 
 
 Decode = Callable[[bytes], Any]
-MESSAGES_SHOWN = 20
-"""Messages of a topic that tell its fields: an archive also holds what was refused."""
 
 
-class McapLog:
+class McapReader:
     """MCAP files, one after the other, read from their beginning: one that was never finished is read as well."""
 
-    def __init__(self, path: Path, files: Sequence[Path]) -> None:
-        self._path, self._files, self.format = path, files, "MCAP"
+    def __init__(self, path: Path) -> None:
+        self._path = path
         self._damage = Damage(path)
         self._ros: dict[bool, RosTypes] = {}
         self._decoders: dict[tuple[int, str], Decode | None] = {}
-        counts: dict[str, int] = {}
-        shown: dict[str, tuple[str, TableBuilder]] = {}
-        for schema, channel, message in self._messages(None):
-            name, read = channel.topic, None
-            if instance_field(name) is not None or counts.get(name, 0) < MESSAGES_SHOWN:
-                read = self._read(schema, channel, message) or {}
-                name = mavlink_topic(name, read)
-            counts[name] = counts.get(name, 0) + 1
-            if counts[name] <= MESSAGES_SHOWN:
-                kind = schema.name if schema else channel.message_encoding
-                _, first = shown.setdefault(name, (kind, TableBuilder()))
-                self._add(first, message, read)
-        self.topics = tuple(
-            Topic(name, kind, first.fields, counts[name]) for name, (kind, first) in sorted(shown.items())
-        )
-        if not self.topics:
-            raise BadInput(f"{path}: there is no message in it; record again, and let the recorder finish the file")
 
-    def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        gathered: dict[str, TableBuilder] = {}
-        self._damage.begin({base(name) for name in names})
-        channels = {base(name) if instance_field(base(name)) else name for name in names}
-        for schema, channel, message in self._messages(channels) if names else ():
-            read = self._read(schema, channel, message)
-            if read is None:
-                continue
-            name = mavlink_topic(channel.topic, read)
-            if name in names:
-                self._add(gathered.setdefault(name, TableBuilder()), message, read)
-        self._damage.refuse()
-        return {name: messages.table() for name, messages in gathered.items()}
+    def read(self, files: Sequence[Path]) -> Log:
+        """All messages."""
+        counts, kinds, gathered = Counter[str](), dict[str, str](), dict[str, TableBuilder]()
+        for path in files:
+            for schema, channel, message in self._messages(path):
+                read = self._decoded(schema, channel, message)
+                name = mavlink_topic(channel.topic, read)
+                counts[name] += 1
+                kinds.setdefault(name, schema.name if schema else channel.message_encoding)
+                table = gathered.setdefault(name, TableBuilder())
+                for each in () if read is None else _each(read):
+                    table.add(message.log_time * 1e-9, each)
+        if not counts:
+            raise BadInput(
+                f"{self._path}: there is no message in it; record again, and let the recorder finish the file"
+            )
+        topics = (Topic(name, kinds[name], found.fields, counts[name]) for name, found in sorted(gathered.items()))
+        tables = {name: found.table() for name, found in gathered.items() if len(found)}
+        return Log("MCAP", tuple(topics), tables, self._damage.notes, self._damage.broken)
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The notes on messages that could not be read."""
-        return self._damage.notes
-
-    def _messages(self, names: Collection[str] | None) -> Iterator[tuple[Any, Any, Any]]:
+    def _messages(self, path: Path) -> Iterator[tuple[Any, Any, Any]]:
         """Schema, channel and message, as they were written, up to where the file ends or is damaged."""
-        for path in self._files:
-            yield from self._of_one(path, names)
-
-    def _of_one(self, path: Path, names: Collection[str] | None) -> Iterator[tuple[Any, Any, Any]]:
         reader = load_package("mcap.reader", path, "an MCAP file")
         first, last = None, 0
         with path.open("rb") as file:
             try:
-                for found in reader.NonSeekingReader(file).iter_messages(topics=names, log_time_order=False):
+                for found in reader.NonSeekingReader(file).iter_messages(log_time_order=False):
                     last = found[2].log_time
                     first = last if first is None else first
                     yield found
             except Exception as error:  # mcap raises what its decompressors do, too
                 if first is not None:
                     self._damage.add_end(path.name, (last - first) * 1e-9, error)
-                elif names is None:
+                else:
                     raise BadInput(
                         f"{path}: cannot be read as MCAP ({error or type(error).__name__}); mend it with "
                         "`mcap recover`, or record it again"
                     ) from None
 
-    def _read(self, schema: Any, channel: Any, message: Any) -> Any:
+    def _decoded(self, schema: Any, channel: Any, message: Any) -> Any:
         """A message decoded; empty where nothing here reads it, None where it is broken."""
         key = (channel.schema_id, channel.message_encoding)
         if key not in self._decoders:
@@ -163,10 +142,6 @@ class McapLog:
             return None
         self._damage.add_read(channel.topic)
         return read
-
-    def _add(self, gathering: TableBuilder, message: Any, read: Any) -> None:
-        for each in _each(read):
-            gathering.add(message.log_time * 1e-9, each)
 
     def _decoder(self, schema: Any, encoding: str) -> Decode | None:
         """The decoder of a channel's messages; None for forms that are not read, such as pictures."""
@@ -184,13 +159,13 @@ class McapLog:
         return None
 
 
-def open_log(path: Path) -> McapLog:
-    """Counts what is in a file, and reads of each topic the first messages.
+def open_log(path: Path) -> Log:
+    """Reads the whole file, or all files of an archive.
 
     Raises:
         BadInput: it is damaged from its beginning, or mcap is missing.
     """
-    return McapLog(path, archive_files(path) if path.is_dir() else (path,))
+    return McapReader(path).read(archive_files(path) if path.is_dir() else (path,))
 
 
 def _each(message: Any) -> Sequence[Any]:

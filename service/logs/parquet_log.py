@@ -11,10 +11,10 @@ from incsvr.numerics import Array
 from service.cli.extras import load_package
 from service.inputs.table import Table
 from service.logs.cells import columns_of
-from service.logs.csv_log import TableLog
+from service.logs.log import Log, table_log
 
 
-def open_log(path: Path) -> TableLog:
+def open_log(path: Path) -> Log:
     """Reads the whole file; instants become seconds since 1970, durations seconds.
 
     Raises:
@@ -44,9 +44,8 @@ def open_log(path: Path) -> TableLog:
         elif kind.is_string(field.type) or kind.is_large_string(field.type):
             texts[field.name] = tuple(cell or "" for cell in column.to_pylist())
     found = columns_of(list(texts), list(zip(*texts.values(), strict=True)))
-    return TableLog(
-        "Parquet", Table(None, columns | found.numbers, found.texts, (*instants, *found.instants)), found.notes
-    )
+    table = Table(None, columns | found.numbers, found.texts, (*instants, *found.instants))
+    return table_log("Parquet", table, found.notes)
 
 
 def _numbers(column: object) -> Array:

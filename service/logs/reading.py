@@ -17,19 +17,19 @@ from incsvr.plant.axes import YAW, Axis
 from service.inputs import self_description
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import ColumnSpec, parse_columns, split_file
+from service.inputs.columns import time_column
+from service.inputs.lookup import propose
 from service.inputs.measured_streams import MeasuredStreams, measure
 from service.inputs.owners import autopilot_message, system_of
-from service.inputs.presets import Observation, Proposal, propose
-from service.inputs.presets.columns import time_column
-from service.inputs.presets.proposal import Change
+from service.inputs.proposal import Change, Observation, Proposal
 from service.inputs.self_description import ParameterEpoch, parameter_epochs
-from service.inputs.settings import Inputs, StampUnit, inside, renamed
-from service.inputs.table import ROWS, Assumption, Table, Topic, usual_stamp
+from service.inputs.settings import Inputs, inside, renamed
+from service.inputs.table import ROWS, Assumption, StampUnit, Table, Topic, usual_stamp
 from service.inputs.units import STAMP_UNITS
 from service.logs import cutting
 from service.logs.candidates import ranks
 from service.logs.choosing import choose_vehicle
-from service.logs.cutting import Cut, Span, columns_inside, rows_inside
+from service.logs.cutting import Cut, Span, refuse_empty, streams_inside
 from service.logs.log import Log
 
 
@@ -131,14 +131,17 @@ def read(path: Path, log: Log, proposal: Proposal, axis: Axis = YAW) -> Measured
         raise BadInput(f"{path}: {next(iter(proposal.missing.values()))}")
     inputs, changes = proposal.inputs, proposal.changes
     others = [each.places() for change in changes if (each := change.thrusters) is not None]
-    tables = log.read({place.topic for place in (*inputs.places(), *chain(*others))})
+    names = {place.topic for place in (*inputs.places(), *chain(*others))}
+    tables = log.read(names)
     try:
         found = measure(inputs, tables, changes, axis)
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
     assert inputs.yaw_rate is not None
     since = cutting.since_1970(found.streams[axis.rate][0], tables[inputs.yaw_rate.topic].arrival)
-    return replace(found, notes=(*found.notes, *log.notes), since_1970=since)
+    return replace(
+        found, notes=(*found.notes, *log.notes_on({*names, *self_description.names(log.topics)})), since_1970=since
+    )
 
 
 def writing_times(table: Table, inputs: Inputs) -> Array:
@@ -283,12 +286,12 @@ def cut_log(
         span = Span(float(every.min()), float(every.max()))
     else:
         return tuple(topics), dict(tables), measured
-    placed = cut.in_stamps(span)
+    low, high = cut.ends(span)
     if measured is not None:
-        rows_inside(measured.streams["yaw_rate"][0], cut, span)
-        streams = {name: _between(time, values, placed, span) for name, (time, values) in measured.streams.items()}
+        time = measured.streams["yaw_rate"][0]
+        refuse_empty(cut, (time >= low) & (time <= high), span)
+        streams = streams_inside(measured.streams, low, high)
         measured = replace(measured, streams={name: each for name, each in streams.items() if each[0].size})
-    low, high = placed.ends(span)
     inside = {name: (time >= low + shift) & (time <= high + shift) for name, time in written.items() if time.size}
     cut_tables = {name: _rows(table, inside[name]) for name, table in tables.items() if name in inside}
     counts = {name: int(np.count_nonzero(rows)) for name, rows in inside.items()}
@@ -296,14 +299,8 @@ def cut_log(
     return cut_topics, {**tables, **cut_tables}, measured
 
 
-def _between(time: Array, values: Array, cut: Cut, span: Span) -> tuple[Array, Array]:
-    low, high = cut.ends(span)
-    inside = (time >= low) & (time <= high)
-    return time[inside], values[inside]
-
-
 def _rows(table: Table, inside: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Table:
     places = np.flatnonzero(inside)
     texts = {name: tuple(each[k] for k in places) for name, each in table.texts.items()}
     arrival = None if table.arrival is None else table.arrival[inside]
-    return Table(arrival, columns_inside(table.columns, inside), texts)
+    return Table(arrival, {name: values[inside] for name, values in table.columns.items()}, texts)

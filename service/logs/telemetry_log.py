@@ -7,16 +7,16 @@ are named as BlueOS does, `mavlink/<system>/<component>/<MESSAGE>`. Of several v
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
 from service.cli.extras import load_package
-from service.inputs.owners import AUTOPILOT, base, instance_field, numbered
-from service.inputs.table import Table, Topic
-from service.logs.choosing import choose_vehicle
-from service.logs.log import Damage, TableBuilder
+from service.inputs.owners import base, instance_field, numbered
+from service.inputs.table import Topic
+from service.logs.choosing import with_plain_names
+from service.logs.log import Damage, Log, TableBuilder
 from service.logs.opening import MIN_PACKET_BYTES, STAMP_BYTES, packet_size
 
 MAX_COPY_DELAY_S = 10.0
@@ -26,57 +26,28 @@ LINK_NAME = "the link"
 """The name for the sender of packets that nobody can read."""
 
 
-class TelemetryLog:
-    """A telemetry log, read whole: its packets tell nothing without decoding them."""
+def open_log(path: Path) -> Log:
+    """Reads the whole file.
 
-    def __init__(self, path: Path, gathered: Mapping[tuple[int, int, str], TableBuilder], damage: Damage) -> None:
-        if not gathered:
-            raise BadInput(f"{path}: there is no MAVLink message in it; give a telemetry log that a link wrote")
-        self.format = "MAVLink telemetry"
-        self._system, self._damage = "", damage
-        self._gathered = {f"mavlink/{of}/{part}/{name}": messages for (of, part, name), messages in gathered.items()}
-        self._system = choose_vehicle(self).system
-        plain = f"mavlink/{self._system}/{AUTOPILOT}/"
-        self._gathered = {name.removeprefix(plain): messages for name, messages in self._gathered.items()}
-
-    @property
-    def topics(self) -> tuple[Topic, ...]:
-        return tuple(
-            Topic(
-                name,
-                base(name.rpartition("/")[2]),
-                messages.fields,
-                len(messages),
-                "" if "/" in name else self._system,
-            )
-            for name, messages in sorted(self._gathered.items())
-        )
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The notes on messages that could not be read."""
-        return self._damage.notes
-
-    def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        return {name: messages.table() for name, messages in self._gathered.items() if name in names}
-
-
-def open_log(path: Path) -> TelemetryLog:
-    """Reads the whole file."""
+    Raises:
+        BadInput: it holds no message, or pymavlink is missing.
+    """
     dialect = load_package("pymavlink.dialects.v20.ardupilotmega", path, "a telemetry log")
-    gathered: dict[tuple[int, int, str], TableBuilder] = {}
+    gathered: dict[str, TableBuilder] = {}
     damage = Damage(path)
     for arrival, message in messages(path.read_bytes(), dialect, damage):
         fields = {name: _plain(getattr(message, name)) for name in message.get_fieldnames()}
         kind = message.get_type()
         which = instance_field(kind)
-        key = (
-            message.get_srcSystem(),
-            message.get_srcComponent(),
-            kind if which is None else numbered(kind, fields.get(which)),
-        )
-        gathered.setdefault(key, TableBuilder()).add(arrival, fields)
-    return TelemetryLog(path, gathered, damage)
+        name = kind if which is None else numbered(kind, fields.get(which))
+        place = f"mavlink/{message.get_srcSystem()}/{message.get_srcComponent()}/{name}"
+        gathered.setdefault(place, TableBuilder()).add(arrival, fields)
+    if not gathered:
+        raise BadInput(f"{path}: there is no MAVLink message in it; give a telemetry log that a link wrote")
+    topics = (Topic(name, base(name.rpartition("/")[2]), found.fields, len(found)) for name, found in gathered.items())
+    tables = {name: found.table() for name, found in gathered.items()}
+    notes = (*(each.note for each in damage.broken), *damage.notes)
+    return with_plain_names(Log("MAVLink telemetry", tuple(topics), tables, notes))
 
 
 def messages(content: bytes, dialect: Any, damage: Damage) -> Iterator[tuple[float, Any]]:

@@ -16,7 +16,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.cli.extras import load_package
 from service.inputs.forms.own import InvalidMeasurement, parse
-from service.logs.cutting import Cut, Span, rows_inside
+from service.logs.cutting import Cut, Span, refuse_empty
 from service.logs.opening import ARCHIVE_PROFILE, JSON_ENCODING, METADATA_NAME, archive_files
 from service.wire import Keys
 
@@ -91,7 +91,10 @@ class ArchiveReader:
         """
         if not cut:
             return self
-        inside = rows_inside(self.send, cut, Span(float(self.send[0]), float(self.send[-1]), 0.0))
+        span = Span(float(self.send[0]), float(self.send[-1]), 0.0)
+        low, high = cut.ends(span)
+        inside = (self.send >= low) & (self.send <= high)
+        refuse_empty(cut, inside, span)
         payloads = [self.payloads[k] for k in np.flatnonzero(inside)]
         return replace(self, stream=self.stream[inside], send=self.send[inside], payloads=payloads)
 

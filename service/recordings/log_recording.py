@@ -18,15 +18,16 @@ from service.inputs.arming import Spans, arming_spans, is_within
 from service.inputs.clocks import without_leaps
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.measured_streams import MeasuredStreams
-from service.inputs.presets import Proposal
+from service.inputs.proposal import Proposal
 from service.inputs.settings import Inputs, Source
+from service.inputs.table import ROWS
 from service.inputs.units import SI_UNITS, units_of
 from service.logs import Log
 from service.logs.candidates import turning_instead
-from service.logs.csv_log import OURS, TableLog
-from service.logs.cutting import ARMED_CHANNEL, Cut, Span, columns_inside, rows_inside
+from service.logs.csv_log import OURS
+from service.logs.cutting import ARMED_CHANNEL, Cut, Span, refuse_empty, streams_inside
 from service.recordings.log_refusals import refuse_fraction, refuse_still, refuse_whole_numbers
-from service.recordings.recording import Recording, from_streams
+from service.recordings.recording import Recording, ends_of
 from service.recordings.velocities import in_body
 
 if TYPE_CHECKING:
@@ -57,8 +58,7 @@ def recording_of(reading: Reading, path: Path, log: Log, proposal: Proposal, mea
     recording = armed_alone(path, recording, ours and reading.ours_whole)
     if ours and (of_yaw is None or not turning_instead(log, of_yaw, YAW.rate)):
         return recording
-    rate = recording.rate[~np.isnan(recording.rate)]
-    refuse_still(path, log, of_yaw, rate, words_of(reading.axis))
+    refuse_still(path, log, of_yaw, recording.rate, words_of(reading.axis))
     return recording
 
 
@@ -76,7 +76,7 @@ def _in_cut(reading: Reading, path: Path, log: Log, measured: MeasuredStreams, i
                 else f"{path}: there is no value of {name}; `incsvr inspect {path}` shows what there is"
             )
     time = measured.streams[axis.rate][0]
-    streams = _later(measured.streams)
+    streams: Streams = _later(measured.streams)
     instants = streams[axis.rate][0]
     shift = float(instants[0] - time[0])
     if measured.armed is not None and ours:
@@ -88,22 +88,21 @@ def _in_cut(reading: Reading, path: Path, log: Log, measured: MeasuredStreams, i
         streams = {name: streams[name] for name in log.topics[0].fields if name in streams}
     for name, (stamps, _) in streams.items():
         refuse_steps(stamps, f"{path}: the times of {name}")
-    recording = replace(from_streams(path.name, streams), axis=axis)
     try:
         since = None if measured.since_1970 is None else measured.since_1970 - shift
-        recording = _cut(recording, reading.cut, since)
+        streams = _cut(streams, reading.cut, since)
     except BadInput as error:
         raise type(error)(f"{path}: {error}") from None
-    for name in (axis.rate, axis.effort) if reading.cut else ():
-        if np.isnan(recording.columns[name]).all():
+    for name in (axis.rate, axis.effort):
+        if not streams[name][0].size:
             raise BadInput(f"{path}: there is no value of {name} in the part that {reading.cut} takes")
-    source = inputs.yaw_rate
+    recording, source = Recording(path.name, streams, axis=axis), inputs.yaw_rate
     in_si = source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit])
     if source is not None and in_si and (reading.learns or ours):
         refuse_whole_numbers(path, recording.rate, axis.rate, typed_source(source))
     beyond = np.flatnonzero(np.abs(recording.rate) > reading.rate_limit)
     if beyond.size:
-        rate, at, unit = recording.rate[beyond[0]], recording.time[beyond[0]], words_of(axis).rate_unit
+        rate, at, unit = recording.rate[beyond[0]], streams[axis.rate][0][beyond[0]], words_of(axis).rate_unit
         row = _row(log, at)
         place = f"{row}: {axis.rate} is {rate:g}" if row else f": {axis.rate} is {rate:g} at {at:.10g} s"
         raise BadInput(
@@ -115,26 +114,27 @@ def _in_cut(reading: Reading, path: Path, log: Log, measured: MeasuredStreams, i
 
 def _row(log: Log, stamp: float) -> str:
     """The row of a stamp [s] in words, where a log is one recording of our own; else nothing."""
-    if log.format != OURS or not isinstance(log, TableLog):
+    if log.format != OURS:
         return ""
-    return f", row {int(np.searchsorted(without_leaps(log.table.columns['t'])[0], stamp)) + 2}"
+    return f", row {int(np.searchsorted(without_leaps(log.tables[ROWS].columns['t'])[0], stamp)) + 2}"
 
 
-def _cut(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:
-    """The rows of a recording that a cut holds, with the stamps that they have.
+def _cut(streams: Streams, cut: Cut, since_1970: float | None) -> Streams:
+    """The part of streams that a cut holds, with the stamps that they have.
 
     Args:
-        since_1970: what makes seconds since 1970 of its stamps [s]; None where nothing says it.
+        since_1970: what makes seconds since 1970 of their stamps [s]; None where nothing says it.
 
     Raises:
-        EmptyCut: there is no row in it.
+        EmptyCut: there is nothing in it.
         BadInput: the cut is a time of day, and nothing says it.
     """
-    if not cut or not recording.time.size:
-        return recording
-    span = Span(float(recording.time[0]), float(recording.time[-1]), since_1970)
-    inside = rows_inside(recording.time, cut, span)
-    return replace(recording, time=recording.time[inside], columns=columns_inside(recording.columns, inside))
+    if not cut:
+        return streams
+    span = Span(*ends_of(streams), since_1970)
+    found = streams_inside(streams, *cut.ends(span))
+    refuse_empty(cut, np.array([time.size > 0 for time, _ in found.values()]), span)
+    return found
 
 
 def _quantity(axis: Axis, column: str) -> str:
@@ -169,9 +169,9 @@ def _later(streams: Streams) -> dict[str, Stream]:
 
 def armed_spans(recording: Recording) -> Spans | None:
     """The spans in which the vehicle was armed [s]; None if unknown."""
-    if ARMED_CHANNEL not in recording.columns:
+    if ARMED_CHANNEL not in recording.own_streams:
         return None
-    return arming_spans(*recording.body_streams()[ARMED_CHANNEL])
+    return arming_spans(*recording.own_streams[ARMED_CHANNEL])
 
 
 def armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recording:
@@ -183,14 +183,16 @@ def armed_alone(path: Path, recording: Recording, whole: bool = False) -> Record
         raise BadInput(f"{path}: the vehicle was {NEVER_ARMED}")
     if whole:
         return recording
-    kept = is_within(recording.time, wanted)
-    found = recording.taken(kept, {name: each for name, each in recording.columns.items() if name != ARMED_CHANNEL})
+    streams = dict[str, Stream]()
+    for name, (time, values) in recording.own_streams.items():
+        inside = is_within(time, wanted)
+        streams[name] = time[inside], values[inside]
+    streams.pop(ARMED_CHANNEL)
     for name in (recording.axis.rate, recording.axis.effort):
-        if np.isnan(found.columns[name]).all():
+        if not streams[name][0].size:
             raise BadInput(f"{path}: there is no value of {name} while the vehicle was armed; give a longer log")
-    notes = recording.notes
-    if not kept.all():
-        first, last = float(recording.time[0]), float(recording.time[-1])
+    notes, (first, last) = recording.notes, recording.span
+    if not is_within(recording.time, wanted).all():
         on = sum(min(high, last) - max(low, first) for low, high in wanted)
         notes = (*notes, f"armed for {on:.3g} of {last - first:.3g} s; the rest is left out")
-    return replace(found, notes=notes)
+    return replace(recording, own_streams=streams, notes=notes)

@@ -54,7 +54,7 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words
 
 def refuse_implausible(recording: Recording, several: bool = False) -> None:
     """Raises BadInput where a velocity of any axis is one that no vehicle has: a wild value, or one in another unit."""
-    streams = recording.body_streams()
+    streams = recording.own_streams
     for axis in AXES.values():
         time, values = streams.get(axis.rate, (np.empty(0), np.empty(0)))
         limit = WILD_FACTOR * axis.fastest
@@ -80,8 +80,8 @@ def refuse_twice(recordings: Sequence[Recording], why: str = GIVEN_TWICE) -> Non
     seen: dict[tuple[bytes, ...], str] = {}
     for recording in recordings:
         own = [recording.rate, recording.effort]
-        if not any(np.ptp(values[~np.isnan(values)]) > 0.0 for values in own):
-            own = list(recording.columns.values())
+        if not any(np.ptp(values) > 0.0 for values in own):
+            own = [values for _, values in recording.own_streams.values()]
         content = tuple(values.tobytes() for values in own)
         if content in seen:
             same = f"holds the same data as {seen[content]}" if recording.name != seen[content] else "is given twice"

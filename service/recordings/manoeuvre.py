@@ -31,7 +31,7 @@ def read_plan(path: Path) -> Streams | None:
         BadInput: naming the file, the row (the header is row 1) and the cure.
     """
     try:
-        rows = csv_rows(path, ",") or [[]]
+        rows = csv_rows(path) or [[]]
     except BadInput:  # what reads logs says what it is
         return None
     rows[0] = [name.strip() for name in rows[0]]

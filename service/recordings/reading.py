@@ -6,36 +6,29 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from service.cli.progress import progress
 from service.config.configuration import Config
-from service.inputs.clocks import table_time
 from service.inputs.column_spec import of_this_log, split_file
-from service.inputs.settings import Preset
+from service.inputs.presets import NAMES
 from service.inputs.table import ROWS
 from service.logs import Log, open_any
 from service.logs import reading as logs
 from service.logs.candidates import refuse_without_numbers
-from service.logs.cells import CellFault
 from service.logs.csv_log import open_log as open_csv
-from service.logs.cutting import (
-    WHOLE_LOG,
-    Cut,
-    EmptyCut,
-    add_cut_arguments,
-)
+from service.logs.cutting import WHOLE_LOG, Cut, EmptyCut, add_cut_arguments
 from service.logs.dives import Dive, dives
-from service.logs.opening import first_bytes
+from service.logs.own_table import is_ours
 from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.recordings.log_recording import recording_of
 from service.recordings.log_refusals import beside_assumptions
-from service.recordings.recording import (
-    Recording,
-)
-from service.recordings.recording_csv import RATE_LIMIT, open_recording
+from service.recordings.recording import Recording
+
+RATE_LIMIT = YAW.fastest
+"""Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +100,8 @@ class Reading:
             EmptyCut: the cut holds nothing of any of them.
         """
         found, left_out = list[Recording](), list[EmptyCut]()
-        with progress(f"reading {paths[0].name}" if len(paths) == 1 else "reading", _several(paths)) as advance:
+        several = len(paths) > 1  # one alone is no step
+        with progress("reading" if several else f"reading {paths[0].name}", len(paths) if several else None) as advance:
             for dive in dives(paths, self.description, self._opened):
                 try:
                     found.append(self._of_dive(dive))
@@ -159,10 +153,7 @@ class Reading:
         """The log in a file; one of our own, which nobody describes, with every fault of a row named."""
         if self.description.of(path.name) != NO_DESCRIPTION or not is_ours(path, self.axis):
             return open_any(path)
-        try:
-            return open_recording(path, self.axis)
-        except BadInput as error:
-            return _spelt_otherwise(path, error)
+        return open_csv(path, ours=True)
 
 
 def read(path: Path, axis: Axis = YAW) -> Recording:
@@ -192,24 +183,6 @@ def _with_own_columns(path: Path, log: Log, columns: Sequence[str], axis: Axis) 
     return (*columns, *found)
 
 
-def _spelt_otherwise(path: Path, refusal: BadInput) -> Log:
-    """A recording of our own whose cells or whose time are those of other people's tables.
-
-    Raises:
-        BadInput: the `refusal`, where they are not; or the true cause.
-    """
-    try:
-        log = open_csv(path)
-    except CellFault:
-        raise
-    except BadInput:
-        raise refusal from None
-    table = log.table
-    if log.notes or "t" in table.instants or ("t" in table.columns and table_time(table, "t")[1]):
-        return log
-    raise refusal
-
-
 def _files(args: Any) -> list[Path]:
     """The logs that a command reads."""
     return [path for name in ("recordings", "dives", "validate") for path in getattr(args, name, ())]
@@ -224,14 +197,9 @@ def _refuse_other_files(args: Any) -> None:
             raise BadInput(f"--column {text}: there is no log {file} among {', '.join(names[:6])}")
 
 
-def _several(paths: Sequence[Path]) -> int | None:
-    """The number of steps that progress shows; one alone is no step."""
-    return len(paths) if len(paths) > 1 else None
-
-
 def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axis: bool = True) -> None:
     """The flags by which a person says what is in a log; of a configuration, and of an axis."""
-    parser.add_argument("--preset", choices=get_args(Preset), help="preset of the vehicle, if the log does not show it")
+    parser.add_argument("--preset", choices=NAMES, help="preset of the vehicle, if the log does not show it")
     parser.add_argument(
         "--column",
         action="append",
@@ -249,13 +217,3 @@ def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axi
         parser.add_argument(
             "--config", type=Path, metavar="FILE", help="configuration whose section inputs describes the log"
         )
-
-
-def is_ours(path: Path, axis: Axis) -> bool:
-    """Whether the file begins as our recordings do, which are read with every fault named by its row."""
-    if path.is_dir() or not path.exists():
-        return False
-    first_bytes(path)
-    with path.open("rb") as file:
-        header = file.readline(100_000).lstrip(b"\xef\xbb\xbf")
-    return {"t", axis.rate, axis.effort} <= {name.strip() for name in header.decode(errors="replace").split(",")}

@@ -23,7 +23,8 @@ def read_validation(path: Path, config: Config, effects: TracedEffects | None = 
         BadInput: naming the file and the cure.
     """
     # Loaded where it is needed alone: most learners validate on nothing.
-    from service.recordings.reading import Reading, is_ours
+    from service.logs.own_table import is_ours
+    from service.recordings.reading import Reading
 
     reading = Reading.configured(config)
     if is_ours(path, AXES[config.vehicle.axis]):

@@ -33,17 +33,10 @@ def in_body(recording: Recording, inputs: Inputs) -> Recording:
     """
     if inputs.velocity_frame == "body" and not any(inputs.velocity_place):
         return recording
-    streams = recording.body_streams()
-    changed = dict(streams)
+    changed = dict(recording.own_streams)
     if inputs.velocity_frame != "body":
-        changed |= _turned(recording.name, streams, inputs.velocity_frame == "east_north")
-    changed |= _displaced(changed, inputs.velocity_place)
-    columns = dict(recording.columns)
-    for name in LINEAR:
-        if name in changed:
-            columns[name] = np.full(recording.time.size, np.nan)
-            columns[name][np.searchsorted(recording.time, changed[name][0])] = changed[name][1]
-    return replace(recording, columns=columns)
+        changed |= _turned(recording.name, recording.own_streams, inputs.velocity_frame == "east_north")
+    return replace(recording, own_streams=changed | _displaced(changed, inputs.velocity_place))
 
 
 def _turned(name: str, streams: Streams, swapped: bool) -> dict[str, Stream]:

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from service.wire.keys import QUERIES
+
 LEARNER = "learner"
 
 
@@ -46,7 +48,7 @@ ACTIONS: dict[str, tuple[Grant, ...]] = {
     "measure": (Grant(("rate", "torque", "channel/*"), (PUBLISH,)),),
     "see whether the learner is well": (Grant(("alive",), (PRESENCE,)), Grant(("health",), (ASK, FOLLOW))),
     "use the model": (
-        Grant(("damping", "forecast", "feedforward"), (ASK,)),
+        Grant(QUERIES, (ASK,)),
         Grant(("estimate", "event"), (FOLLOW,)),
         Grant(("model", "coefficients"), (ASK, FOLLOW)),
         _with_history("model"),

@@ -1,7 +1,7 @@
 """The keys and messages of the bus, by CONTRACT, Section 2.
 
 Everybody who speaks with the learner imports this package: the learner itself, the player, the viewer, the demo. A form
-is a frozen pydantic model; `encode` gives the UTF-8 JSON bytes that are put, `decode` reads them or raises `BadInput`.
+is a frozen dataclass; `encode` gives the UTF-8 JSON bytes that are put, `decode` reads them or raises `BadInput`.
 Readers ignore fields that they do not know, so that a newer learner may say more.
 
 Besides the contract's forms: a get on `…/iteration?after=REVISION;limit=N` answers with an `IterationHistory`, so that
@@ -11,7 +11,7 @@ a viewer that starts late draws what happened before.
 from __future__ import annotations
 
 from service.wire.form import Form, FormType, Numbers, decode, encode
-from service.wire.health import Health, Learning, Level, Measurement, StreamHealth, ThrustEvent, measurement
+from service.wire.health import Health, Learning, Level, Measurement, Reason, StreamHealth, ThrustEvent, measurement
 from service.wire.keys import Keys
 from service.wire.model import (
     SETS,
@@ -21,11 +21,8 @@ from service.wire.model import (
     EffectsLedger,
     IterationHistory,
     IterationReport,
-    Kernel,
     ModelSnapshot,
-    OverSeveral,
     Points,
-    Support,
     Validation,
 )
 from service.wire.questions import (
@@ -58,17 +55,15 @@ __all__ = [
     "Health",
     "IterationHistory",
     "IterationReport",
-    "Kernel",
     "Keys",
     "Learning",
     "Level",
     "Measurement",
     "ModelSnapshot",
     "Numbers",
-    "OverSeveral",
     "Points",
+    "Reason",
     "StreamHealth",
-    "Support",
     "ThrustEvent",
     "Validation",
     "decode",

@@ -2,34 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
-
-from pydantic import BaseModel, ConfigDict, Field, StrictFloat, ValidationError, model_validator
+from dataclasses import dataclass
+from typing import TypeVar
 
 from incsvr.errors import BadInput
-from service.wire.json_text import read_json
+from incsvr.numerics.plain import from_plain, to_plain
+from service.wire.json_text import json_text, read_json
 
-Numbers = tuple[StrictFloat, ...]
-
-
-class Form(BaseModel):
-    """A payload: finite numbers only, immutable, unknown fields ignored."""
-
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False, extra="ignore")
+Numbers = tuple[float, ...]
 
 
+class Form:
+    """A payload, a frozen dataclass: finite numbers only; fields that a reader does not know are ignored."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class WithNoise(Form):
     """A payload with the noise of a model; `sigma` is its copy for one release, and an earlier learner's name."""
 
     noise: float | None = None  # the samples' own deviation, over all rates [N m]
-    sigma: float | None = Field(default=None, init=False)
+    sigma: float | None = None
 
-    @model_validator(mode="before")
-    @classmethod
-    def _alike(cls, given: Any) -> Any:
-        if not isinstance(given, dict):
-            return given
-        return {**given, **dict.fromkeys(("noise", "sigma"), given.get("noise", given.get("sigma")))}
+    def __post_init__(self) -> None:
+        noise = self.sigma if self.noise is None else self.noise
+        for name in ("noise", "sigma"):
+            object.__setattr__(self, name, noise)
 
 
 FormType = TypeVar("FormType", bound=Form)
@@ -37,19 +34,17 @@ FormType = TypeVar("FormType", bound=Form)
 
 def encode(form: Form) -> bytes:
     """The payload of `form`: UTF-8 JSON, floats to the last bit."""
-    return form.model_dump_json().encode()
+    return json_text(to_plain(form), compact=True).encode()
 
 
 def decode(form: type[FormType], payload: bytes) -> FormType:
     """Reads a payload; BadInput says which field is wrong."""
     try:
-        found = form.model_validate_json(payload)
-        read_json(payload)  # refuses what stands twice
-        return found
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the payload"
-        reason = first["msg"].removeprefix("Value error, ")
-        raise BadInput(f"this is no {form.__name__}: {where}: {reason}") from error
-    except ValueError as error:
-        raise BadInput(f"this is no {form.__name__}: {error}") from None
+        found = read_json(payload)
+        if not isinstance(found, dict):
+            raise ValueError('the payload: write an object, such as {"name": value}')
+        return from_plain(form, found)
+    except (ValueError, TypeError, KeyError, AttributeError, IndexError) as error:
+        # No name is bound to the error here: with its frames it would hold the query, which ends when it is dropped.
+        why = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        raise BadInput(f"this is no {form.__name__}: {why}") from error

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import operator
-from typing import Annotated, Literal
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Literal
 
-from pydantic import Field
-
+from incsvr.numerics.plain import UNLESS_EMPTY, to_plain
 from service.wire.form import Form, Numbers
+from service.wire.json_text import json_text
 
 
+@dataclass(frozen=True)
 class Measurement(Form):
     """One measured value, or arrays of equal length, of one stream: the vehicle's time [s] and SI units.
 
@@ -18,14 +20,16 @@ class Measurement(Form):
 
     t: float | Numbers
     value: float | Numbers
-    seq: Annotated[int, Field(ge=0, le=2**53)] | None = None
+    seq: int | None = None
 
 
 def measurement(t: float | Numbers, value: float | Numbers, seq: int | None = None) -> bytes:
     """The payload of a measurement."""
-    return Measurement(t=t, value=value, seq=seq).model_dump_json(exclude_none=True).encode()
+    message = to_plain(Measurement(t, value, seq))
+    return json_text({name: each for name, each in message.items() if each is not None}, compact=True).encode()
 
 
+@dataclass(frozen=True)
 class StreamHealth(Form):
     """The health of one input stream."""
 
@@ -39,8 +43,11 @@ class StreamHealth(Form):
 
 
 LearningState = Literal["learning", "starved", "paused"]
+Reason = tuple[LearningState, str | None, float]
+"""A state of learning, the sentence on why it is so, None where it is not, and since when in the vehicle's time [s]."""
 
 
+@dataclass(frozen=True)
 class Learning(Form):
     """Whether samples are made and learned, since when in the vehicle's time [s], and why not in one sentence.
 
@@ -52,37 +59,37 @@ class Learning(Form):
     since: float = 0.0
     why: str = ""
 
-    def now(self, paused: str | None, starved: str | None, t: float) -> Learning:
-        """The state at the vehicle's time t [s], given why learning is paused and why there is no evidence.
-
-        A pause is said before a lack of samples: somebody decided it. `since` moves with the state alone.
-        """
-        state: LearningState = "paused" if paused else "starved" if starved else "learning"
-        return Learning(state=state, since=self.since if state == self.state else t, why=paused or starved or "")
+    def now(self, reasons: Iterable[Reason]) -> Learning:
+        """The state now, by the first reason why nothing is learned that there is; `since` moves with the state."""
+        state, why, t = next(((state, why, t) for state, why, t in reasons if why or state == "learning"))
+        return Learning(state=state, since=self.since if state == self.state else t, why=why or "")
 
 
 Level = Literal["OK", "WARN", "ERROR", "STALE"]
 
 
+@dataclass(frozen=True, kw_only=True)
 class Health(Form):
     """`…/health`. Counters begin with the start of the process; `rejected:<reason>` counts samples, by reason, and
     `spikes:<stream>` the values that were left out before the filter."""
 
     level: Level
     reasons: tuple[str, ...] = ()  # sentences, the gravest first
-    counters: dict[str, int] = Field(default_factory=dict)
-    learned: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0  # part of the rate range covered by fresh data
+    counters: dict[str, int] = field(default_factory=dict)
+    learned: float = 0.0  # part, 0 to 1, of the rate range covered by fresh data
     boot: str
     revision: int = 0
     iteration: int = 0
     t: float | None = None  # newest synchronised sample, the vehicle's time [s]
     uptime_s: float = 0.0
-    streams: dict[str, StreamHealth] = Field(default_factory=dict)
+    streams: dict[str, StreamHealth] = field(default_factory=dict)
     learning: Learning = Learning()
-    vehicle: str = Field(default="", exclude_if=operator.not_)  # whose axes a process learns together, if it does
-    axes: dict[str, str] = Field(default={}, exclude_if=operator.not_)  # these axes, with the prefixes of their keys
+    # whose axes a process learns together, if it does; and these axes, with the prefixes of their keys
+    vehicle: str = field(default="", metadata=UNLESS_EMPTY)
+    axes: dict[str, str] = field(default_factory=dict, metadata=UNLESS_EMPTY)
 
 
+@dataclass(frozen=True, kw_only=True)
 class ThrustEvent(Form):
     """`…/event`: thrust is lost, or back, with the model that holds from then on: I ṙ + d(r) = `thrust` τ, d(r) as the
     `revision` has it."""

@@ -1,7 +1,5 @@
 """The one place that writes JSON: valid by RFC 8259, which has no NaN and no infinity; what is no number is null; and
 the one that reads what others wrote, in which no name may stand twice: readers keep the first or the last of them.
-
-Payloads of the bus are pydantic's (`encode`), which write null in the same places.
 """
 
 from __future__ import annotations
@@ -9,6 +7,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +18,17 @@ class RepeatedName(ValueError):
     """A name stands twice in an object of JSON."""
 
 
-def json_text(value: Any, *, indent: int | None = None) -> str:
-    """A value as JSON, floats to the last bit; NumPy's arrays and numbers are written as lists and numbers."""
+def json_text(value: Any, *, indent: int | None = None, compact: bool = False) -> str:
+    """A value as JSON, floats to the last bit; NumPy's arrays and numbers are written as lists and numbers.
+
+    `compact` leaves out the spaces, as payloads of the bus do.
+    """
+    separators = (",", ":") if compact else None
+    write = partial(json.dumps, indent=indent, separators=separators, allow_nan=False, ensure_ascii=False)
     try:
-        return json.dumps(value, indent=indent, allow_nan=False, ensure_ascii=False, default=_plain)
+        return write(value, default=_plain)
     except ValueError:  # somewhere in it is what is no number
-        return json.dumps(_finite(value), indent=indent, allow_nan=False, ensure_ascii=False)
+        return write(_finite(value))
 
 
 def write_json(path: Path, value: Any, *, indent: int | None = None) -> None:

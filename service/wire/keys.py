@@ -4,6 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+QUERIES = ("damping", "forecast", "feedforward")
+"""The names of the keys that answer about the model, and publish nothing."""
+
+
+class Below:
+    """A key: its name below the prefix."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, keys: Keys, kind: type[Keys]) -> str:
+        return f"{keys.prefix}/{self._name}"
+
 
 @dataclass(frozen=True, slots=True)
 class Keys:
@@ -11,74 +24,27 @@ class Keys:
 
     prefix: str
 
+    rate = Below("rate")
+    torque = Below("torque")
+    any_channel = Below("channel/*")
+    model = Below("model")
+    iteration = Below("iteration")
+    coefficients = Below("coefficients")
+    damping = Below("damping")
+    forecast = Below("forecast")
+    feedforward = Below("feedforward")
+    estimate = Below("estimate")
+    event = Below("event")
+    health = Below("health")
+    effects = Below("effects")
+    promote = Below("effects/promote")
+    withdraw = Below("effects/withdraw")
+    alive = Below("alive")
+
     @property
     def file_name(self) -> str:
         """The begin of the names of files with messages below the prefix."""
         return self.prefix.replace("/", "-")
-
-    @property
-    def rate(self) -> str:
-        return f"{self.prefix}/rate"
-
-    @property
-    def torque(self) -> str:
-        return f"{self.prefix}/torque"
-
-    @property
-    def any_channel(self) -> str:
-        return f"{self.prefix}/channel/*"
-
-    @property
-    def model(self) -> str:
-        return f"{self.prefix}/model"
-
-    @property
-    def iteration(self) -> str:
-        return f"{self.prefix}/iteration"
-
-    @property
-    def coefficients(self) -> str:
-        return f"{self.prefix}/coefficients"
-
-    @property
-    def damping(self) -> str:
-        return f"{self.prefix}/damping"
-
-    @property
-    def forecast(self) -> str:
-        return f"{self.prefix}/forecast"
-
-    @property
-    def feedforward(self) -> str:
-        return f"{self.prefix}/feedforward"
-
-    @property
-    def estimate(self) -> str:
-        return f"{self.prefix}/estimate"
-
-    @property
-    def event(self) -> str:
-        return f"{self.prefix}/event"
-
-    @property
-    def health(self) -> str:
-        return f"{self.prefix}/health"
-
-    @property
-    def effects(self) -> str:
-        return f"{self.prefix}/effects"
-
-    @property
-    def promote(self) -> str:
-        return f"{self.effects}/promote"
-
-    @property
-    def withdraw(self) -> str:
-        return f"{self.effects}/withdraw"
-
-    @property
-    def alive(self) -> str:
-        return f"{self.prefix}/alive"
 
     def coming(self, name: str) -> str:
         """The key of the token of a learner that starts."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import operator
-from typing import Annotated
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from pydantic import Field
-
+from incsvr.numerics.plain import UNLESS_EMPTY
 from service.wire.form import Form, Numbers
 
 
+@dataclass(frozen=True, kw_only=True)
 class DampingReply(Form):
     """`…/damping`: the model at the asked rates, in their order."""
 
@@ -21,9 +21,11 @@ class DampingReply(Form):
     revision: int
     doubt: Numbers = ()  # N m, standard deviation of the curve; none of an older learner
     derivative: Numbers = ()  # N m s/rad, of the damping by the axis's own velocity; none of an older learner
-    others: dict[str, Numbers] = Field(default={}, exclude_if=operator.not_)  # the further velocities, as asked
+    # the further velocities, as asked
+    others: Mapping[str, Numbers] = field(default_factory=dict, metadata=UNLESS_EMPTY)
 
 
+@dataclass(frozen=True, kw_only=True)
 class ErrorReply(Form):
     """The error reply to a query."""
 
@@ -31,26 +33,43 @@ class ErrorReply(Form):
     error_type: str
 
 
+@dataclass(frozen=True)
 class DampingQuery(Form):
     """The payload of a damping query, in place of the parameters: the own velocity, and others by their names."""
 
-    rate: Annotated[Numbers, Field(min_length=1)]
-    others: dict[str, Annotated[Numbers, Field(min_length=1)]] = Field(default={})
+    rate: Numbers
+    others: Mapping[str, Numbers] = field(default_factory=dict)  # each of so many values, or a single one for all
+
+    def __post_init__(self) -> None:
+        for name, values in (("rate", self.rate), *self.others.items()):
+            if not values:
+                raise ValueError(f"{name}: give one value at least")
 
 
-Profile = Annotated[Numbers, Field(min_length=1, max_length=5_000)]
+MAX_PLAN_VALUES = 5_000
 """Values of a plan."""
 
 
+def _check_plan(profiles: Mapping[str, Numbers | None]) -> None:
+    for name, values in profiles.items():
+        if values is not None and not 1 <= len(values) <= MAX_PLAN_VALUES:
+            raise ValueError(f"{name}: give 1 to {MAX_PLAN_VALUES} values, not {len(values)}")
+
+
+@dataclass(frozen=True, kw_only=True)
 class FeedforwardQuery(Form):
     """The payload of a feed-forward query: a planned motion, linear between two times."""
 
-    t: Profile  # s from any origin, increasing
-    rate: Profile  # rad/s
-    acceleration: Profile | None = None  # rad/s²; None: the slope of the rate
-    channels: dict[str, Profile] = Field(default={})  # further channels that effects, damping or the body read
+    t: Numbers  # s from any origin, increasing
+    rate: Numbers  # rad/s
+    acceleration: Numbers | None = None  # rad/s²; None: the slope of the rate
+    channels: Mapping[str, Numbers] = field(default_factory=dict)  # further ones that effects, damping, the body read
+
+    def __post_init__(self) -> None:
+        _check_plan({**self.channels, "t": self.t, "rate": self.rate, "acceleration": self.acceleration})
 
 
+@dataclass(frozen=True, kw_only=True)
 class FeedforwardReply(Form):
     """`…/feedforward`: the torque that drives the plan, with an interval of 95 %; its parts add up to it."""
 
@@ -69,14 +88,19 @@ class FeedforwardReply(Form):
     revision: int
 
 
+@dataclass(frozen=True, kw_only=True)
 class ForecastQuery(Form):
     """The payload of a forecast query: a torque that somebody plans, from the last measurement on."""
 
-    t: Annotated[Numbers, Field(min_length=1, max_length=5_000)]  # s since the last measurement, not decreasing
-    torque: Annotated[Numbers, Field(min_length=1, max_length=5_000)]  # N m, on a line between two, held after the last
-    at: Annotated[Numbers, Field(min_length=1, max_length=5_000)] | None = None  # s, where answers are wanted; None: t
+    t: Numbers  # s since the last measurement, not decreasing
+    torque: Numbers  # N m, on a line between two, held after the last
+    at: Numbers | None = None  # s, where answers are wanted; None: t
+
+    def __post_init__(self) -> None:
+        _check_plan({"t": self.t, "torque": self.torque, "at": self.at})
 
 
+@dataclass(frozen=True, kw_only=True)
 class ForecastReply(Form):
     """`…/forecast`: where yaw rate and heading go, each with an interval of 95 %."""
 
@@ -94,6 +118,7 @@ class ForecastReply(Form):
     revision: int
 
 
+@dataclass(frozen=True, kw_only=True)
 class Estimate(Form):
     """`…/estimate`: the yaw rate by the model alone, while the gyro is silent or not believed."""
 

@@ -14,7 +14,7 @@ from benchmarks import dives, hold, paper, peers, quiet, sensors, speed, thrust,
 from benchmarks.peers import Signals
 from benchmarks.study import MEASURED
 from incsvr.numerics import Array
-from service.recordings.recording import from_streams
+from service.recordings.recording import Recording
 from simulator import leng
 
 Study = Callable[..., list[dict[str, Any]]]
@@ -67,7 +67,7 @@ def test_a_held_commands_clock_that_runs_fast_is_named(stream: str) -> None:
     streams = quiet.recording_of(("steps of 4–10 s", "leng", 7)).streams()
     begins, (time, value) = 300.0, streams[stream]
     streams[stream] = (time + 0.005 * np.maximum(time - begins, 0.0), value)
-    verdicts = quiet.verdicts_on(from_streams("fast", streams), leng.INERTIA)
+    verdicts = quiet.verdicts_on(Recording("fast", streams), leng.INERTIA)
     assert all(verdict.learn for verdict in verdicts if verdict.span[1] < begins)
     first = next(verdict for verdict in verdicts if verdict.span[0] > begins)
     assert not first.learn

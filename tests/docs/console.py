@@ -153,12 +153,9 @@ class Shell:
         return _without_waiting(ran.stdout.replace(self.endpoint, Bus().listen))
 
     def _words(self, command: str) -> list[str]:
-        """A command as it is run here: our own program, our own Python, and scripts that stand beside the page."""
+        """A command as it is run here, by our own program."""
         program, *rest = shlex.split(command)
-        if program == "python":
-            shutil.copy(ROOT / "docs" / rest[0], self.folder)
-            return [sys.executable, *rest]
-        assert program == "incsvr", f"{command}: only incsvr and python are run"
+        assert program == "incsvr", f"{command}: only incsvr is run"
         return [str(Path(sys.executable).parent / "incsvr"), *rest]
 
     @property

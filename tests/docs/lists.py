@@ -159,8 +159,8 @@ def _rows(parser: Parser) -> dict[str, str]:
 
 KINDS_OF_EFFECT = {
     "Thrusters": (
-        "lag", "delay", "dead", "reverse", "limit", "thrust_step", "thrust_drift", "exponent", "thrust_speed",
-        "modulation:thrust",
+        "lag", "delay", "dead", "gap", "reverse", "limit", "sag", "thrust_step", "thrust_drift", "exponent",
+        "thrust_speed", "modulation:thrust",
     ),
     "Inertia and damping": ("inertia", "drag_drift", "drag_step", "modulation"),
 }  # fmt: skip

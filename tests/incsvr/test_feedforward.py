@@ -7,7 +7,7 @@ import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.feedforward import Feedforward, Plan, feedforward
-from incsvr.compensation.traced_motion import traced_free_run_errors
+from incsvr.forecasting.over_recordings import Motion, traced_free_runs
 from incsvr.model.rows import Factor
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW
@@ -41,7 +41,9 @@ def driven(found: Feedforward, *effects: Effect, **channels: Array) -> Array:
     torque = np.interp(TIME + found.lead, found.time, found.torque)
     streams = {"yaw_rate": (TIME, RATE), "torque": (TIME, torque)}
     streams |= {name: (TIME, values) for name, values in channels.items()}
-    return traced_free_run_errors([streams], Compensation.of(model(*effects)), drag)[0]
+    motion = Motion(*streams["torque"], *streams["yaw_rate"])
+    (run,) = traced_free_runs([(motion, streams)], drag, Compensation.of(model(*effects)))
+    return run.error
 
 
 @pytest.mark.parametrize(

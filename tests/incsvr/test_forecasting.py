@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.traced_motion import traced_free_run_errors
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Grid, Start, forecast
-from incsvr.forecasting.damping_tables import TABLE_NODES, Curve
-from incsvr.forecasting.effects_ahead import EffectsAhead
 from incsvr.forecasting.experience import HORIZONS_S, UNTRIED_WIDENING
-from incsvr.forecasting.other_influences import OtherInfluences
-from incsvr.forecasting.over_recordings import free_run
-from incsvr.forecasting.propagation import propagate
+from incsvr.forecasting.learned_motion import LearnedDamping
+from incsvr.forecasting.other_influences import BY_ITSELF, OtherInfluences
+from incsvr.forecasting.over_recordings import Motion, free_run, traced_free_runs
+from incsvr.forecasting.propagation import Runs, Water, propagate
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.model.rows import Factor
@@ -30,32 +28,43 @@ from tests.hidden import acting, lag, memory, stage, trim
 INERTIA, STEP = 24.0, 0.05
 
 
-def line(slope: float, sigma: float = 0.0, disturbance: float = 0.0, lasts: float = 1.0) -> Curve:
-    rates = np.linspace(-2.5, 2.5, TABLE_NODES)
-    return Curve(
-        -2.5, float(rates[1] - rates[0]), slope * rates, np.full(TABLE_NODES, slope), np.full(TABLE_NODES, sigma),
-        INERTIA, disturbance, lasts,
-    )  # fmt: skip
+RATES = np.linspace(-3.0, 3.0, 2001)
+
+
+def drag(rate: Array) -> Array:
+    return np.asarray(9.0 * rate + 26.0 * rate * np.abs(rate))
+
+
+def ran(
+    damping: Array,
+    torque: Array,
+    rate: float = 0.0,
+    sigma: float = 0.0,
+    water: Water = Water(0.0, 1.0),  # noqa: B008 -- a frozen value
+    effects: Compensation | None = None,
+    beside: OtherInfluences = BY_ITSELF,
+) -> Runs:
+    """One free run of a damping (RATES,) under a torque on steps of STEP, without a doubt of the curve."""
+    time: Array = STEP * np.arange(torque.size, dtype=np.float64)
+    table = LearnedDamping.curve(lambda rate: np.interp(rate, RATES, damping), 1.2)
+    grid = Grid(time, STEP, np.full(time.size, rate), torque, 0.5, beside)
+    first, starts = np.zeros(1, dtype=np.intp), np.array([rate])
+    return propagate(table, water, INERTIA, grid, first, time.size - 1, starts, sigma, effects)
 
 
 def test_the_mean_is_that_of_the_equation() -> None:
     time: Array = STEP * np.arange(401, dtype=np.float64)
     torque = 15.0 * np.sin(0.7 * time)
-    rates = np.linspace(-2.5, 2.5, TABLE_NODES)
-    damping = 9.0 * rates + 26.0 * rates * np.abs(rates)
-    step = float(rates[1] - rates[0])
-    curve = Curve(-2.5, step, damping, np.gradient(damping, step), 0.0 * rates, INERTIA, 0.0, 1.0)
-    runs = propagate(curve, np.array([0.3]), 0.0, torque[:, None], STEP)
+    runs = ran(drag(RATES), torque, 0.3)
     exact = free_run(time, torque, 0.3, inertia=INERTIA, damping=lambda r, _: r * (9.0 + 26.0 * abs(r)))
-    assert runs.rate[:, 0] == pytest.approx(exact, abs=2e-4)
+    assert runs.rate[:, 0] == pytest.approx(exact, abs=1e-4)
     turned = np.concatenate(([0.0], np.cumsum(0.5 * STEP * (exact[1:] + exact[:-1]))))
-    assert runs.heading[:, 0] == pytest.approx(turned, abs=2e-3)
+    assert runs.heading[:, 0] == pytest.approx(turned, abs=5e-4)
 
 
 def test_the_deviations_are_those_of_many_runs_in_water() -> None:
     rng, count, steps, lasts, size = np.random.default_rng(1), 4000, 400, 1.5, 2.0
-    curve = line(20.0, disturbance=size, lasts=lasts)
-    claimed = propagate(curve, np.zeros(1), 0.02, np.zeros((steps + 1, 1)), STEP)
+    claimed = ran(20.0 * RATES, np.zeros(steps + 1), sigma=0.02, water=Water(size, lasts))
     rate, heading, water = rng.normal(0.0, 0.02, count), np.zeros(count), rng.normal(0.0, size, count)
     stays = np.exp(-STEP / lasts)
     for k in range(1, steps + 1):
@@ -65,6 +74,24 @@ def test_the_deviations_are_those_of_many_runs_in_water() -> None:
         if k in (20, 100, 400):
             assert claimed.rate_sigma[k, 0] == pytest.approx(float(rate.std()), rel=0.06)
             assert claimed.heading_sigma[k, 0] == pytest.approx(float(heading.std()), rel=0.06)
+
+
+def test_a_damping_that_goes_by_another_velocity_is_its_table() -> None:
+    at, beside = np.linspace(0.0, 20.0, 41), np.sin(0.4 * np.linspace(0.0, 20.0, 41))
+    tables = drag(RATES) * (1.0 + 0.5 * beside[:, None]) + 4.0 * np.sin(RATES) * beside[:, None] ** 2
+    damping = LearnedDamping(float(RATES[1] - RATES[0]), at, tables, 0.0 * tables)
+    assert len(damping.rows("yaw_rate")[0]) < 5
+    time: Array = STEP * np.arange(401, dtype=np.float64)
+    torque, still = 15.0 * np.sin(0.7 * time), np.zeros(1, dtype=np.intp)
+    grid = Grid(time, STEP, 0.0 * time, torque, 0.5)
+    runs = propagate(damping, Water(0.0, 1.0), INERTIA, grid, still, 400, np.array([0.3]), 0.0)
+
+    def there(rate: float, t: float) -> float:
+        size = float(np.interp(t, at, beside))
+        return float(drag(np.array(rate))) * (1.0 + 0.5 * size) + 4.0 * float(np.sin(rate)) * size**2
+
+    exact = free_run(time, torque, 0.3, inertia=INERTIA, damping=there)
+    assert runs.rate[:, 0] == pytest.approx(exact, abs=2e-3)
 
 
 @cache
@@ -135,19 +162,13 @@ def test_what_cannot_be_forecast_is_refused() -> None:
     ids=lambda effects: " ".join(effect.name for effect in effects),
 )
 def test_traced_effects_move_a_forecast_as_they_move_the_engine(effects: tuple[Effect, ...]) -> None:
-    step, inertia = 0.05, 24.0
-    time = step * np.arange(600, dtype=np.float64)
+    time: Array = STEP * np.arange(600, dtype=np.float64)
     torque, sway = 12.0 * np.sin(0.7 * time) + 6.0 * np.sign(np.sin(0.23 * time)), 0.1 * np.sin(0.3 * time)
-    rates = np.linspace(-3.0, 3.0, TABLE_NODES)
-    drag, slope = 9.0 * rates + 26.0 * rates * np.abs(rates), 9.0 + 52.0 * np.abs(rates)
-    model = TracedModel(inertia, rates, drag, effects, 0.5, 0.2, 1.5, (0.0, 30.0))
+    model = TracedModel(INERTIA, RATES, drag(RATES), effects, 0.5, 0.2, 1.5, (0.0, 30.0))
     compensation, still = Compensation.of(model), np.zeros(time.size)
     beside = OtherInfluences({"heading": still, "sway": sway})
-    ahead = EffectsAhead(compensation, Grid(time, step, still, torque, 0.5, beside))
-    whole = inertia + ahead.added_inertia
-    curve = Curve(-3.0, float(rates[1] - rates[0]), drag, slope, np.ones(rates.size), whole, 1.0, 1.0)
-    runs = propagate(curve, np.zeros(1), 0.0, np.zeros((time.size, 1)), step, ahead.runs(np.zeros(1, dtype=np.intp)))
+    runs = ran(drag(RATES), torque, effects=compensation, beside=beside)
     other = np.sin(0.7 * time)  # from which a free run takes nothing but its first value
     streams = {"yaw_rate": (time, other), "torque": (time, torque), "sway": (time, sway), "heading": (time, still)}
-    (off,) = traced_free_run_errors([streams], compensation, lambda rate: 9.0 * rate + 26.0 * rate * np.abs(rate))
-    assert np.abs(runs.rate[:, 0] - (off + other)).max() < 0.02 * np.ptp(off + other)
+    (run,) = traced_free_runs([(Motion(time, torque, time, other), streams)], drag, compensation)
+    assert np.abs(runs.rate[:, 0] - run.simulated).max() < 0.01 * np.ptp(run.simulated)

@@ -13,7 +13,7 @@ from incsvr.errors import BadInput
 from incsvr.tracing.result import trace
 from incsvr.tracing.run import Run
 from service.recordings.reading import read
-from service.recordings.recording import from_streams
+from service.recordings.recording import Recording
 from simulator.mission import Mission
 from simulator.sensors import GYRO_NOISE, Sensor, schedule
 from simulator.vehicles import TURNING
@@ -81,7 +81,7 @@ def test_where_the_controller_has_another_gyro_nothing_is_sought_and_that_is_sai
     commands, other = outcome.recording.streams()["torque"], Sensor("yaw_rate", 10.0, GYRO_NOISE, phase=0.4)
     samples = schedule(other, 600.0, np.random.default_rng(5))
     rate = np.interp(samples.at, outcome.time, outcome.true("yaw_rate")) + samples.error
-    log = from_streams("survey", {"yaw_rate": (samples.stamps, rate), "torque": commands})
+    log = Recording("survey", {"yaw_rate": (samples.stamps, rate), "torque": commands})
     run = Run("survey", log.time, log.columns["yaw_rate"], log.columns["torque"])
     found = trace([run], inertia=outcome.inertia)
     assert found.effects == ()

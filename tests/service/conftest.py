@@ -21,7 +21,7 @@ from service.config.configuration import Config
 from service.config.sources import read
 from service.host.host import Host
 from service.host.worker_threads import WorkerThreads
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from simulator import leng
 from simulator.messages import Messages, messages
 from simulator.player import play
@@ -79,7 +79,7 @@ class Bench:
 
 def cut(recording: Recording, end: float) -> Recording:
     early = recording.time < end
-    return Recording(recording.name, recording.time[early], {n: v[early] for n, v in recording.columns.items()})
+    return from_table(recording.name, recording.time[early], {n: v[early] for n, v in recording.columns.items()})
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.config.vehicle_file import write_vehicle
 from service.recordings.reading import read
-from service.recordings.recording import from_streams
+from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from simulator.dive_log import dives
 from simulator.vehicles import BODIES, NAMES
@@ -35,7 +35,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("vehicle")
     write_vehicle(folder / "auv.yaml", VEHICLE)
     (log,) = dives([BODY], 100.0, 72, along=0.0, about=0.0)
-    write(folder / "dive.csv", from_streams("dive", log))
+    write(folder / "dive.csv", Recording("dive", log))
     return folder
 
 

@@ -55,7 +55,7 @@ def run() -> Run:
     for name in streams:
         node.push(name, *streams[name])
     while (outcome := node.learn()) is not None:
-        iterations.append((outcome.report, outcome.snapshot))
+        iterations.append((outcome.report, outcome.served))
     assert len(iterations) >= 7
     return Run(streams, iterations)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,51 +24,40 @@ def verify(path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def rows(path: Path, column: str, under: str = "/learning") -> Rows:
-    """Entity → iteration → the logged value of a column such as Points2D:positions."""
-    found: Rows = {}
+def chunks(path: Path, column: str, content: str, clock: str | None = None) -> Iterator[tuple[str, Any]]:
+    """Entity and rows of each chunk with a column such as Points2D:positions, on a clock."""
     with warnings.catch_warnings():
         # A file that was cut off is read as it is; that it was is not news here.
         warnings.filterwarnings("ignore", message="RRD file has no footer", category=RerunWarning)
         reader = RrdReader(str(path))
     for entry in reader.recordings():
-        for chunk in reader.stream(store=entry).filter(
-            content=f"{under}/**", has_timeline="iteration", components=column
-        ):
-            batch = chunk.to_record_batch()
-            iterations = batch.column("iteration").to_pylist()
-            for iteration, value in zip(iterations, batch.column(column).to_pylist(), strict=True):
-                if value is not None:
-                    found.setdefault(chunk.entity_path, {})[iteration] = value
+        on: dict[str, Any] = {} if clock is None else {"has_timeline": clock}
+        for chunk in reader.stream(store=entry).filter(content=content, components=column, **on):
+            yield chunk.entity_path, chunk.to_record_batch()
+
+
+def rows(path: Path, column: str, under: str = "/learning") -> Rows:
+    """Entity → iteration → the logged value of a column."""
+    found: Rows = {}
+    for entity, batch in chunks(path, column, f"{under}/**", "iteration"):
+        pairs = zip(batch.column("iteration").to_pylist(), batch.column(column).to_pylist(), strict=True)
+        found.setdefault(entity, {}).update((at, value) for at, value in pairs if value is not None)
     return found
 
 
 def every(path: Path, column: str, entity: str) -> list[Any]:
     """All that was ever logged of a column there; `rows` keeps what was said last at an iteration."""
-    reader = RrdReader(str(path))
-    return [
-        value[0]
-        for entry in reader.recordings()
-        for chunk in reader.stream(store=entry).filter(content=entity, components=column)
-        for value in chunk.to_record_batch().column(column).to_pylist()
-        if value is not None
-    ]
+    batches = [batch for _, batch in chunks(path, column, entity)]
+    return [value[0] for batch in batches for value in batch.column(column).to_pylist() if value is not None]
 
 
 def series(path: Path, under: str) -> dict[str, list[float]]:
     """Entity → its scalars in the order of the vehicle's time."""
     found: dict[str, list[tuple[Any, float]]] = {}
-    reader = RrdReader(str(path))
-    for entry in reader.recordings():
-        stream = reader.stream(store=entry)
-        for chunk in stream.filter(content=f"{under}/**", has_timeline="vehicle_time", components="Scalars:scalars"):
-            batch = chunk.to_record_batch()
-            pairs = zip(
-                batch.column("vehicle_time").cast("int64").to_pylist(),
-                batch.column("Scalars:scalars").to_pylist(),
-                strict=True,
-            )
-            found.setdefault(chunk.entity_path, []).extend((at, value[0]) for at, value in pairs)
+    for entity, batch in chunks(path, "Scalars:scalars", f"{under}/**", "vehicle_time"):
+        times = batch.column("vehicle_time").cast("int64").to_pylist()
+        values = batch.column("Scalars:scalars").to_pylist()
+        found.setdefault(entity, []).extend((at, value[0]) for at, value in zip(times, values, strict=True))
     return {entity: [value for _, value in sorted(pairs)] for entity, pairs in found.items()}
 
 

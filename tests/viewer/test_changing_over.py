@@ -6,21 +6,27 @@ import json
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from rerun.chunk import RrdReader
 
 from incsvr.tracing.model import TracedModel
-from service.bus.session import listener_config_at, open_session
+from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.config.traced_effects import effects_from_trace
 from service.learner.node import LearnerNode
-from service.wire import IterationReport, encode
+from service.wire import IterationReport
 from simulator import leng
 from tests.hidden import recording, stage, write_trace
 from tests.service.conftest import configured
-from tests.viewer.conftest import KEYS, House
+from tests.viewer.conftest import KEYS
 from tests.viewer.readback import verify
+from viewer.bus import Questions, Streams
+from viewer.compare import Choice
+from viewer.follow import Follower, Recordings
+from viewer.frame import Frame
+from viewer.pages import blueprint
+from viewer.recorder import Recorder
+from viewer.recording import Recording
 
 
 @pytest.fixture(scope="module")
@@ -60,21 +66,15 @@ def test_the_learner_says_it_again_and_ends_earlier(reports: list[IterationRepor
     assert set(reports[4].batch.time) & set(reports[3].batch.time)
 
 
-@pytest.mark.slow
-def test_every_sample_is_drawn_once_and_the_recording_goes_on(
-    house: House, reports: list[IterationReport], tmp_path: Path
-) -> None:
+def test_every_sample_is_drawn_once_and_the_recording_goes_on(reports: list[IterationReport], tmp_path: Path) -> None:
     path = tmp_path / "run.rrd"
-    with open_session(listener_config_at(house.endpoint)) as session:
-        viewer = house.view("--headless", "--save", str(path))
-        viewer.wait_for("viewer ready")
-        token: Any = session.liveliness().declare_token(KEYS.alive)
-        viewer.wait_for("the learner is here")
+    recordings = Recordings(path, lambda each: Recording(Recorder(blueprint(), path=each), Choice(), rate=0.25))
+    with open_session(listener_config_at(free_endpoint())) as session:
+        follower = Follower(Questions(session, KEYS), Streams(session, KEYS), recordings)
         for report in reports:
-            session.put(KEYS.iteration, encode(report))
-            viewer.wait_for(f"iteration {report.iteration} ")
-        assert viewer.end() == 0
-        token.undeclare()
+            follower.show(Frame(report, None, None))
+    assert recordings.close()
+    assert [each.name for each in tmp_path.glob("*.rrd")] == ["run.rrd"]
     verify(path)
     (entry,) = RrdReader(str(path)).recordings()
     drawn: dict[str, Counter[int]] = {}  # entity → how often each instant [ms]

@@ -36,7 +36,7 @@ def replayed(house: House, config: Path, run: Path, rrd: Path) -> tuple[float, E
     assert ledger is not None
     configured = read(config)
     samples = read_validation(run, configured, configured_effects(configured))
-    learned = decode(ModelSnapshot, model).model().predict(samples.yaw_rate).damping
+    learned = decode(ModelSnapshot, model).model.predict(samples.yaw_rate).damping
     assert house.start(["replay", str(run), "--connect", house.endpoint, "--speed", "50"]).wait() == 0
     viewer.wait_for("iteration 10 ")  # six of the fit, four of the run
     assert viewer.end() == 0

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import incsvr
+from incsvr.learning.model import Model
 from service import wire
 from service.commands.query import table
 from service.commands.status import text
 from service.export.command import in_format
 from service.export.learned import of_file, of_snapshot
-from service.learner.published import ServedModel, damping_reply, snapshot
-from service.learner.questions import DampingQuery
+from service.learner.published import damping_reply
 from service.recordings.recording_csv import write
 from simulator import leng
 from viewer.page.learner import curve
@@ -31,8 +31,9 @@ def test_the_same_rate_asked_everywhere_gives_the_same_figures(tmp_path: Path) -
     np.testing.assert_allclose(said.sigma, np.hypot(said.doubt, said.noise))
     assert (said.doubt < said.sigma).all()
 
-    served = wire.decode(wire.ModelSnapshot, wire.encode(snapshot(ServedModel(model, 1, 1, 0.0), "boot", 350.0)))
-    reply = damping_reply(model, DampingQuery(tuple(rate)), 1, 1)
+    learned = wire.ModelSnapshot(boot="boot", revision=1, iteration=1, t=0.0, model=model, inertia=350.0)
+    served = wire.decode(wire.ModelSnapshot, wire.encode(learned))
+    reply = damping_reply(served, wire.DampingQuery(tuple(rate)))
     answer = json.loads(wire.encode(reply))
     (tmp_path / "fit.json").write_text(json.dumps(told), encoding="utf-8")
     exported = json.loads(in_format(of_snapshot(served, "learner"), "json")[0])
@@ -45,7 +46,7 @@ def test_the_same_rate_asked_everywhere_gives_the_same_figures(tmp_path: Path) -
     page = curve(served)
     drawn = model.predict(page["rate"])
     assert [page["sigma"], page["doubt"]] == [drawn.sigma.tolist(), drawn.doubt.tolist()]
-    assert {served.noise, served.sigma, page["noise"], exported["noise"]} == {model.sigma}
+    assert {served.noise, served.to_dict()["sigma"], page["noise"], exported["noise"]} == {model.sigma}
     assert table(reply).splitlines()[1].split()[1:4] == [f"{each[0]:.2f}" for each in expected[1:]]
 
 
@@ -60,11 +61,11 @@ def test_the_same_rate_asked_everywhere_gives_the_same_figures(tmp_path: Path) -
 def test_page_screen_and_export_show_the_inertia_in_force(
     effects: tuple[dict[str, object], ...], inertia: float
 ) -> None:
+    rate, damping, weight = np.array([[-1.0, 0.5, 1.0], [-3.0, 1.0, 3.0], [-2.0, 0.5, 2.0]])
+    model = Model(0.25, 60.0, 0.01, rate, damping, weight, np.ones(3), sigma=0.2, certified_error=0.0)
     snapshot = wire.ModelSnapshot(
-        boot="b", revision=3, iteration=3, t=812.0, kernel=wire.Kernel(gamma=0.25), epsilon=0.01, C=60.0,
-        support=wire.Support(rate=(-1.0, 0.5, 1.0), damping=(-3.0, 1.0, 3.0), weight=(-2.0, 0.5, 2.0)),
-        inertia=1.125, effects=effects, noise=0.2, trained_range=(-1.0, 1.0),
-    )  # fmt: skip
+        boot="b", revision=3, iteration=3, t=812.0, model=model, inertia=1.125, effects=effects
+    )
     assert snapshot.inertia_in_force == curve(snapshot)["inertia"] == inertia
     health = wire.Health(level="OK", boot="b")
     assert f"I = {inertia:g} kg m²" in text("leng/yaw", health, snapshot)

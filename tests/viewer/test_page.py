@@ -20,9 +20,8 @@ from tests.viewer.conftest import PATIENCE, House, Run, learn_until, publish
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--disable-quic", "--virtual-time-budget=2000", "--dump-dom",
+    "--disable-component-update", "--disable-sync", "--disable-quic", "--dump-dom",
 )  # fmt: skip
-"""The page's own clock goes on for two seconds; the network's answers are waited for."""
 
 
 def drawn(url: str, folder: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 import struct
 import threading
@@ -101,11 +102,22 @@ def test_many_at_once_beside_many_that_are_silent_are_all_answered(page: Server)
         assert time.monotonic() - began < PATIENCE / 2
 
 
-def test_beyond_its_bound_the_client_that_was_silent_longest_is_cut_off(page: Server) -> None:
+def test_beyond_its_bound_a_client_is_turned_away_until_another_goes(page: Server) -> None:
     with ExitStack() as stack:
-        silent = [stack.enter_context(socket.create_connection(place(page), PATIENCE)) for _ in range(MAX_CLIENTS + 50)]
-        assert answer(page, "/")[0] == 200
+        silent = [stack.enter_context(socket.create_connection(place(page), PATIENCE)) for _ in range(MAX_CLIENTS + 1)]
+        assert silent[-1].recv(1) == b""
         assert page.clients <= MAX_CLIENTS
-        assert silent[0].recv(1) == b""
-        silent[-1].sendall(b"GET / HTTP/1.0\r\n\r\n")
-        assert silent[-1].recv(15) == b"HTTP/1.0 200 OK"
+    emptied(page)
+    assert answer(page, "/")[0] == 200
+
+
+def test_a_browser_is_told_with_the_page_and_whenever_something_is_new(page: Server) -> None:
+    assert b'show({"' in answer(page, "/")[1]
+    connection = HTTPConnection(*place(page), timeout=PATIENCE)
+    connection.request("GET", "/events")
+    with connection.getresponse() as told:
+        assert told.headers["Content-Type"] == "text/event-stream"
+        state = json.loads(told.readline().removeprefix(b"data: "))
+        assert state["away"].startswith("the bus cannot be opened")
+        assert told.readline() == b"\n"
+        assert told.readline() == b":\n", "nothing is new"

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,19 +14,29 @@ import pytest
 from service.wire import SETS, EffectsLedger, Health, Measurement, Points, Validation
 from tests.viewer.conftest import Run
 from tests.viewer.readback import every, points, rows, series, shown, verify
-from viewer import recording_pages, window
+from viewer import texts, window
 from viewer.compare import Choice
-from viewer.effects import columns
 from viewer.frame import Frame, positions
 from viewer.pages import blueprint
-from viewer.palette import DARK
 from viewer.recorder import Recorder
-from viewer.recording_pages import RecordingPages
+from viewer.recording import Recording, efforts
+
+
+@contextmanager
+def recording(path: Path, choice: Choice = Choice()) -> Iterator[Recording]:  # noqa: B008
+    """A recording that is written by the end of the `with`."""
+    recorder = Recorder(blueprint(), path=path)
+    yield Recording(recorder, choice, rate=0.25)
+    recorder.close()
 
 
 def record(run: Run, path: Path, choice: Choice) -> None:
-    recorder = Recorder(blueprint(DARK), path=path)
-    pages = RecordingPages(recorder, DARK, choice, rate=0.25)
+    with recording(path, choice) as pages:
+        play(run, pages)
+
+
+def play(run: Run, pages: Recording) -> None:
+    """The run as it comes in from the bus."""
     newest = 0.0
     for report, snapshot in run.iterations:
         now = time.time()
@@ -37,7 +49,6 @@ def record(run: Run, path: Path, choice: Choice) -> None:
         counters = {"rejected": 3, "rejected:late": 2, "rejected:duplicate": 1}
         pages.health(Health(level="OK", boot="a test", counters=counters, t=report.t), now)
         assert pages.flush()
-    recorder.close()
 
 
 @pytest.fixture(scope="module")
@@ -59,13 +70,13 @@ def test_every_set_of_every_iteration_is_there_with_the_learners_numbers(run: Ru
 def test_the_curve_is_the_served_model(run: Run, recorded: Path) -> None:
     logged = rows(recorded, "LineStrips2D:strips")
     for report, snapshot in run.iterations:
-        model = snapshot.model()
+        model = snapshot.model
         curve = np.concatenate([points(strip) for strip in shown(logged["/learning/function"], report.iteration)])
-        assert curve[[0, -1], 0] == pytest.approx(snapshot.trained_range, abs=1e-6)
+        assert curve[[0, -1], 0] == pytest.approx(snapshot.model.trained_range, abs=1e-6)
         assert curve[:, 1] == pytest.approx(model.predict(curve[:, 0]).damping, abs=1e-3)
         tubes = [points(strip)[:, 1] for strip in shown(logged["/learning/tube"], report.iteration)]
         for below, above in zip(tubes[::2], tubes[1::2], strict=True):
-            assert above - below == pytest.approx(2.0 * snapshot.epsilon, abs=1e-4)
+            assert above - below == pytest.approx(2.0 * snapshot.model.epsilon, abs=1e-4)
         below, above, _ = (points(strip) for strip in shown(logged["/learning/uncertainty"], report.iteration))
         doubt = 1.96 * model.predict(below[:, 0]).sigma
         # Where both edges lie on the axes; beyond, they are cut.
@@ -77,7 +88,7 @@ def test_the_curve_is_the_served_model(run: Run, recorded: Path) -> None:
 def test_what_is_dashed_is_extrapolated(run: Run, recorded: Path) -> None:
     logged = rows(recorded, "LineStrips2D:strips")
     for report, snapshot in run.iterations:
-        model = snapshot.model()
+        model = snapshot.model
         for strip in shown(logged["/learning/extrapolation"], report.iteration):
             assert model.predict(points(strip)[1:-1, 0]).extrapolated.all()
 
@@ -92,10 +103,9 @@ def test_the_error_of_the_untrained_model_is_in_the_name_of_the_curve(run: Run, 
     report, snapshot = run.iterations[0]
     check = Validation(name="V1", mae=5.0, rmse=6.0, samples=100, untrained=48.0)
     path = tmp_path / "run.rrd"
-    recorder = Recorder(blueprint(DARK), path=path)
-    first = report.model_copy(update={"validation": (check,)})
-    RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
-    recorder.close()
+    first = replace(report, validation=(check,))
+    with recording(path) as pages:
+        pages.iteration(Frame(first, snapshot, None))
     assert rows(path, "Scalars:scalars", "/error") == {"/error/V1": {1: [5.0]}}
     assert every(path, "SeriesLines:names", "/error/V1") == ["Validation V1; untrained: 48 N m"]
 
@@ -148,9 +158,8 @@ def test_a_recording_is_whole(recorded: Path) -> None:
 
 def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "bare.rrd"
-    recorder = Recorder(blueprint(DARK), path=path)
-    RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
-    recorder.close()
+    with recording(path) as pages:
+        pages.iteration(Frame(run.iterations[0][0], None, None))
     assert "curve is missing" in rows(path, "TextDocument:text")["/learning/table"][1][0]
 
 
@@ -158,11 +167,9 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
     report, snapshot = run.iterations[0]
     wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
     path = tmp_path / "wild.rrd"
-    recorder = Recorder(blueprint(DARK), path=path)
-    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
-    pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
-    pages.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
-    recorder.close()
+    with recording(path) as pages:
+        pages.iteration(Frame(replace(report, outliers=wild), snapshot, None))
+        pages.iteration(Frame(*run.iterations[1], None))
     strips = rows(path, "LineStrips2D:strips")
     (arrow,) = shown(strips["/learning/off_scale"], 1)
     assert points(arrow)[1, 0] == pytest.approx(0.1)
@@ -176,25 +183,18 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
 
 def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "effects.rrd"
-    recorder = Recorder(blueprint(DARK), path=path)
-    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
-    # The learner says it when it begins, before there is an iteration.
-    pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
-    for report, snapshot in run.iterations[:2]:
-        size = len(report.batch.time)
-        parts = {"declared inertia": tuple(np.linspace(-9.0, 9.0, size).tolist()), "coupling:sway": (3.0,) * size}
-        batch = report.batch.model_copy(update={"parts": parts})
-        pages.iteration(Frame(report.model_copy(update={"batch": batch}), snapshot, None))
-    recorder.close()
+    with recording(path) as pages:
+        # The learner says it when it begins, before there is an iteration.
+        pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
+        for report, snapshot in run.iterations[:2]:
+            size = len(report.batch.time)
+            parts = {"declared inertia": tuple(np.linspace(-9.0, 9.0, size).tolist()), "coupling:sway": (3.0,) * size}
+            batch = replace(report.batch, parts=parts)
+            pages.iteration(Frame(replace(report, batch=batch), snapshot, None))
     assert "## Torque lag" in shown(rows(path, "TextDocument:text", "/effects")["/effects/ledger"], 1)[0]
-    found = columns(batch)
-    assert set(found) == {
-        "effects/torque/measured",
-        "effects/torque/predicted",
-        "effects/parts/declared_inertia",
-        "effects/parts/coupling_sway",
-        "effects/parts/damping",
-    }
+    found = efforts(batch)
+    named = {f"effects/parts/{name}" for name in ("declared_inertia", "coupling_sway", "damping")}
+    assert set(found) == named | {"effects/torque/measured", "effects/torque/predicted"}
     summed = np.sum([values for name, values in found.items() if "parts" in name], axis=0)
     assert found["effects/torque/predicted"] == pytest.approx(summed)
     logged = series(path, "/effects")
@@ -202,38 +202,8 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
         assert logged[f"/{name}"][-values.size :] == pytest.approx(values)
 
 
-def test_what_is_found_is_drawn_with_its_state_until_effects_are_in_force(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    plots: list[dict[str, str]] = []
-
-    def laid_out(*palette: Any, **what: Any) -> Any:
-        plots.append(what["found"])
-        return blueprint(*palette, **what)
-
-    monkeypatch.setattr(recording_pages, "blueprint", laid_out)
-    path = tmp_path / "suspected.rrd"
-    recorder = Recorder(blueprint(DARK), path=path)
-    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
-    found = {"effect": "torque_lag", "state": "suspected", "sentence": "The torque lags."}
-    about = {"parameters": {"time_constant_s": 0.71}, "interval": {"time_constant_s": [0.66, 0.76]}}
-    pages.effects(EffectsLedger(mode="advise", found=(found | about,)), time.time())
-    for report, snapshot in run.iterations[:2]:
-        pages.iteration(Frame(report, snapshot, None))
-    entity = "effects/found/torque_lag/time_constant_s"
-    assert pages.flush()
-    pages.effects(EffectsLedger(mode="advise", found=(found | about | {"state": "proven"},)), time.time())
-    assert pages.flush()
-    pages.effects(EffectsLedger(mode="advise"), time.time())
-    assert pages.flush()
-    pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
-    assert pages.flush()
-    recorder.close()
-    states = ("suspected", "proven", "no longer found")
-    assert plots == [*({entity: f"Torque lag, {state}: time constant [s]"} for state in states), {}]
-    drawn = series(path, "/effects/found")
-    assert {name.rpartition("/")[2]: set(values) for name, values in drawn.items()} == {
-        "estimate": {0.71},
-        "low": {0.66},
-        "high": {0.76},
-    }
+def test_what_is_found_stands_in_the_ledger_with_its_state_and_interval() -> None:
+    sentence = "torque_lag: the torque lags; time constant 0.71 (0.66 to 0.76) s."
+    found = {"effect": "torque_lag", "state": "suspected", "sentence": sentence, "p_value": 0.0}
+    said = texts.ledger(EffectsLedger(mode="advise", found=(found,)))
+    assert "## Torque lag (suspected)\nThe torque lags; time constant 0.71 (0.66 to 0.76) s.\n- p < 1e-300" in said

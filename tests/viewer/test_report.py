@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,9 +17,9 @@ from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline, limits
 from service.fitting.trace import text
 from tests.worlds import trial
-from viewer.report import write
-from viewer.report.charts import DRAWN_PIECES, free_runs, hint, told_apart
-from viewer.report.page import derivatives
+from viewer.charts import free_runs, hint, told_apart
+from viewer.report import trace_page
+from viewer.report.trace_page import derivatives
 
 MADE = {"recordings": "run.csv", "command": "incsvr trace run.csv --inertia 350"}
 
@@ -56,11 +55,9 @@ def found() -> Trace:
 
 
 @pytest.fixture(scope="module")
-def report(found: Trace, tmp_path_factory: pytest.TempPathFactory) -> str:
+def report(found: Trace) -> str:
     """Its page."""
-    path = tmp_path_factory.mktemp("report") / "report.html"
-    write(found, path, provenance=MADE)
-    return path.read_text(encoding="utf-8")
+    return trace_page(found, provenance=MADE)
 
 
 def test_the_report_says_what_it_was_made_of_and_the_derivatives(found: Trace, report: str) -> None:
@@ -94,7 +91,7 @@ def test_the_report_is_one_file_that_says_what_was_found(found: Trace, report: s
     for label in ("torque, mean absolute error", "torque, root mean square error", "yaw rate in free run"):
         assert label in words
     shown, _ = told_apart(found.pictures.depends, found.pictures.residual_before, found.pictures.residual_after)
-    drawn = min(DRAWN_PIECES, len(found.pictures.after.time)) + len(shown) + 2
+    drawn = min(4, len(found.pictures.after.time)) + len(shown) + 2
     assert report.count("<svg") == drawn
     for name in shown:
         assert hint(name) in words
@@ -102,7 +99,7 @@ def test_the_report_is_one_file_that_says_what_was_found(found: Trace, report: s
 
 
 @pytest.mark.slow
-def test_what_limits_a_verdict_is_on_terminal_and_page(found: Trace, tmp_path: Path) -> None:
+def test_what_limits_a_verdict_is_on_terminal_and_page(found: Trace) -> None:
     """The verdict and each limit are one sentence on both."""
     assert found.proven
 
@@ -116,9 +113,8 @@ def test_what_limits_a_verdict_is_on_terminal_and_page(found: Trace, tmp_path: P
     )
     much = changed(disturbance={**found.error["disturbance"], "share_of_torque": 0.87})
     every = replace(found, error={**grown, **much, "change": grown["change"]}, proven=False, one_clock=False)
-    write(every, tmp_path / "report.html")
     page = Text()
-    page.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
+    page.feed(trace_page(every))
     words = " ".join(" ".join(page.words).split()).lower()
     assert len(limits(every)) == 2
     cautions = "".join(f"  caution: {limit}\n" for limit in limits(every))
@@ -140,7 +136,7 @@ def test_free_runs_of_other_pieces_are_drawn_beside_those_of_the_same_motion(fou
 
 
 @pytest.mark.slow
-def test_a_coefficient_whose_interval_holds_a_negative_drag_is_flagged(found: Trace, tmp_path: Path) -> None:
+def test_a_coefficient_whose_interval_holds_a_negative_drag_is_flagged(found: Trace) -> None:
     turned = replace(
         found,
         pictures=replace(
@@ -148,23 +144,20 @@ def test_a_coefficient_whose_interval_holds_a_negative_drag_is_flagged(found: Tr
             residual_after=-2.0 * found.model.damping_at(np.nan_to_num(found.pictures.depends["yaw_rate"])),
         ),
     )
-    write(turned, tmp_path / "report.html")
-    assert "drives instead of damping" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "drives instead of damping" in trace_page(turned)
 
 
 @pytest.mark.slow
-def test_the_same_trace_gives_the_same_report(found: Trace, report: str, tmp_path: Path) -> None:
-    write(found, tmp_path / "again.html", provenance=MADE)
-    assert (tmp_path / "again.html").read_text(encoding="utf-8") == report
+def test_the_same_trace_gives_the_same_report(found: Trace, report: str) -> None:
+    assert trace_page(found, provenance=MADE) == report
 
 
 @pytest.mark.slow
-def test_no_chance_is_printed_as_zero(found: Trace, tmp_path: Path) -> None:
+def test_no_chance_is_printed_as_zero(found: Trace) -> None:
     findings = tuple(replace(finding, p_value=0.0) for finding in found.effects)
     rejected = (replace(found.rejected[0], p_value=0.0), replace(found.rejected[1], p_value=0.25))
-    write(replace(found, effects=findings, rejected=rejected), tmp_path / "report.html")
     page = Text()
-    page.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
+    page.feed(trace_page(replace(found, effects=findings, rejected=rejected)))
     assert [word for word in page.words if word.strip().startswith("p < 1e−300, corrected for the search")]
     cells = [word.strip() for word in page.words]
     assert "< 1e−300" in cells

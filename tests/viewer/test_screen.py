@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import io
-import os
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-import rerun as rr
 from PIL import Image
 
 from incsvr.errors import BadInput
 from tests.viewer.conftest import Run
+from tests.viewer.screen import SIZE, Screen, on_screen
 from tests.viewer.test_recording import record
+from viewer import palette
 from viewer.compare import Choice
-from viewer.palette import DARK
-from viewer.screen import SIZE, Screen
-from viewer.window import themed
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +21,7 @@ def screen(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scree
     path = tmp_path_factory.mktemp("screen") / "run.rrd"
     record(run, path, Choice())
     try:
-        with Screen(path) as screen:
+        with on_screen(path) as screen:
             yield screen
     except BadInput as error:
         if "Vulkan" not in str(error):
@@ -48,8 +43,8 @@ def test_one_frame_is_drawn_and_every_view_is_content(screen: Screen) -> None:
     picture = Image.open(io.BytesIO(screen.picture())).convert("RGB")
     assert picture.size == SIZE
     colours = {colour for _, colour in picture.getcolors(1 << 22) or () if isinstance(colour, tuple)}
-    for name in ("old", "support", "function", "text", "frame"):
-        assert any(near(colour, getattr(DARK, name)) for colour in colours), f"nothing in the colour of {name}"
+    for name in ("OLD", "SUPPORT", "FUNCTION", "TEXT", "FRAME"):
+        assert any(near(colour, getattr(palette, name)) for colour in colours), f"nothing in the colour of {name}"
 
 
 @pytest.mark.slow
@@ -60,20 +55,6 @@ def test_every_other_page_is_content_at_the_end(screen: Screen, page: str) -> No
     assert [(view.name, view.reports) for view in views if view.reports] == []
     if page == "Channels":
         assert "Depth [m]" in {view.name for view in views}
-
-
-def test_a_window_begins_in_the_theme_of_its_plates(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rerun reads its theme from settings of its own release; the user's own are left alone."""
-    monkeypatch.setattr(sys, "platform", "linux")
-    with themed("light") as (flags, environment):
-        settings = Path(environment["XDG_DATA_HOME"]) / "rerun" / "app.ron"
-        assert "theme_preference:Light" in settings.read_text(encoding="utf-8")
-        assert f'"rerun.version": "{rr.__version__}"' in settings.read_text(encoding="utf-8")
-        assert "--persist-state" in flags
-    assert not settings.exists()
-    with themed(None) as (flags, environment):
-        assert environment == dict(os.environ)
-        assert "--persist-state" not in flags
 
 
 @pytest.mark.slow

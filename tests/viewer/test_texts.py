@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from viewer.frame import quantity
 from viewer.pauses import Pauses
+from viewer.texts import quantity
 
 
 @pytest.mark.parametrize(

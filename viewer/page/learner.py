@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Mapping
-from importlib.metadata import version
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -13,46 +13,19 @@ import zenoh
 
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients, negative_drag
+from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.plant.words import words_of
-from service.bus.session import answer, open_session
+from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
+from service.bus.session import open_session
 from service.inputs.units import si_unit
-from service.wire import (
-    EffectsLedger,
-    FormType,
-    Health,
-    IterationHistory,
-    IterationReport,
-    Keys,
-    ModelSnapshot,
-)
+from service.wire import Keys, ModelSnapshot
 from viewer import names
+from viewer.bus import Questions
 
 FRESH_S = 0.5
 """For so long an answer serves every browser [s]."""
-ANSWER_TIMEOUT_S = 2.0
-"""How long the learner may take [s]; it answers within a hundredth while it trains."""
-CURVE_RATES = 121
-"""At which the curve is drawn."""
-BEYOND_SHARE = 0.1
-"""Part of the trained range by which the curve is drawn beyond each of its ends."""
 MAX_SEARCHED_ITERATIONS = 100
 """Iterations that are looked through for what the learner noticed."""
-WORDS = {
-    "title": "{title} damping",
-    "curve": "Damping {moment} over {rate}",
-    "rate": "{rate}",
-    "torque": "{effort}",
-    "rate_unit": "{rate_unit}",
-    "torque_unit": "{effort_unit}",
-    "inertia": "{inertia_symbol} = ",
-    "inertia_unit": "{inertia_unit}",
-    "linear": "{linear}, linear",
-    "linear_unit": "{linear_unit}",
-    "quadratic": "{quadratic}, quadratic",
-    "quadratic_unit": "{quadratic_unit}",
-}
-"""What the page calls quantities and their units: templates of `AxisWords`."""
 NOTHING_LEARNED: Mapping[str, Any] = {"model": None, "changes": []}
 """What is shown before anything was learned."""
 
@@ -61,8 +34,8 @@ class Learner:
     """A learner on a bus; `state` may be called from any thread."""
 
     def __init__(self, config: zenoh.Config, where: str, prefix: str, axis: Axis = YAW) -> None:
-        self._axis = axis
-        self.words = {key: words_of(axis).fill(text) for key, text in WORDS.items()}
+        self.words = words_of(axis)
+        self.closed = threading.Event()
         self._config, self._where, self._keys = config, where, Keys(prefix)
         self._session: zenoh.Session | None = None
         self._lock = threading.Lock()
@@ -77,14 +50,15 @@ class Learner:
         """The `state` of an axis of the vehicle that this learner's process learns too; else its own."""
         own = self.state()
         prefix = own.get("health", {}).get("axes", {}).get(axis, own["prefix"])
-        if axis not in self._beside and axis in AXES and prefix != own["prefix"]:
-            other = Learner(self._config, self._where, prefix, AXES[axis])
-            with self._lock:
-                other._session = self._session
-                self._beside.setdefault(axis, other)
+        with self._lock:
+            if axis not in self._beside and axis in AXES and prefix != own["prefix"]:
+                self._beside[axis] = Learner(self._config, self._where, prefix, AXES[axis])
+                self._beside[axis]._session = self._session
         return self._beside[axis].state() if axis in self._beside else own
 
     def close(self) -> None:
+        """Ends every answer that is open, and the session."""
+        self.closed.set()
         with self._lock:
             if self._session is not None:
                 self._session.close()  # type: ignore[no-untyped-call]
@@ -92,42 +66,39 @@ class Learner:
     def state(self) -> dict[str, Any]:
         """Everything that the page shows.
 
-        Where the learner does not answer, `away` says why, and `away_s` for how long [s], if it ever did. While one
-        browser's question is on its way the others get the answer before: a learner that hangs holds up one of them.
+        Where the learner does not answer, `away` says why, and `away_s` for how long [s], if it ever did.
         """
-        if not self._lock.acquire(blocking=not self._told):
-            return self._told
-        try:
+        with self._lock:
             if time.monotonic() > self._until:
-                self._told = self._asked()
+                head = {"prefix": self._keys.prefix, "words": asdict(self.words), "away": None, "away_s": None}
+                try:
+                    self._told = head | self._asked()
+                except BadInput as error:
+                    since = None if self._answered is None else round(time.monotonic() - self._answered, 1)
+                    self._told = head | self._parts | {"away": str(error), "away_s": since}
                 self._until = time.monotonic() + FRESH_S
             return self._told
-        finally:
-            self._lock.release()
 
     def _asked(self) -> dict[str, Any]:
-        head = {
-            "prefix": self._keys.prefix,
-            "where": self._where,
-            "version": version("incsvr"),
-            "words": self.words,
-        }
-        try:
-            if self._session is None:
-                self._session = open_session(self._config)
-            health = self._ask(self._keys.health, Health)
-        except BadInput as error:
-            return head | self._parts | self._away(str(error))
+        """What the learner says now.
+
+        Raises:
+            BadInput: it does not answer.
+        """
+        if self._session is None:
+            self._session = open_session(self._config)
+        learner = Questions(self._session, self._keys)
+        health = learner.health()
         if health is None:
-            return head | self._parts | self._away(f"no learner answers for {self._keys.prefix} at {self._where}")
+            raise BadInput(f"no learner answers for {self._keys.prefix} at {self._where}")
         self._answered = time.monotonic()
         revision = (health.boot, health.revision)
         if revision != self._drawn:
-            learned = self._learned() if health.revision else NOTHING_LEARNED
+            learned = self._learned(learner) if health.revision else NOTHING_LEARNED
             if learned is not None:  # else the next browser's question asks again
                 self._parts.update(learned)
                 self._drawn = revision
-        ledger = self._ask(self._keys.effects, EffectsLedger)
+        ledger = learner.ledger()
         if ledger is not None:
             self._parts |= {
                 "effects": [names.finding(found) for found in ledger.effects],
@@ -135,59 +106,42 @@ class Learner:
                 "history": [names.step(entry).replace("**", "") for entry in ledger.history[-10:]],
             }
         units = {name: si_unit(name) for name in health.streams}
-        present = {"away": None, "away_s": None, "units": units, "health": health.model_dump(mode="json")}
-        return head | self._parts | present
+        return self._parts | {"units": units, "health": to_plain(health)}
 
-    def _away(self, why: str) -> dict[str, Any]:
-        since = None if self._answered is None else round(time.monotonic() - self._answered, 1)
-        return {"away": why, "away_s": since}
-
-    def _learned(self) -> Mapping[str, Any] | None:
+    def _learned(self, learner: Questions) -> Mapping[str, Any] | None:
         """The curve of the served model, and what the learner noticed about the vehicle; None where it does not say."""
-        snapshot = self._ask(self._keys.model, ModelSnapshot)
+        snapshot = learner.model()
         if snapshot is None:
             return None
-        if not snapshot.support.rate:
+        if not snapshot.model.is_trained:
             return NOTHING_LEARNED
-        after = max(0, snapshot.revision - MAX_SEARCHED_ITERATIONS)
-        history = self._ask(f"{self._keys.iteration}?after={after};limit={MAX_SEARCHED_ITERATIONS}", IterationHistory)
-        if history is None:
-            latest = self._ask(self._keys.iteration, IterationReport)
-            history = IterationHistory(iterations=() if latest is None else (latest,), latest_revision=0)
-        noticed = [each for each in history.iterations if each.change]
-        changes = [{"iteration": each.iteration, "t": each.t, "what": each.change} for each in noticed[-10:]]
-        return {"model": curve(snapshot, self._axis), "changes": changes}
-
-    def _ask(self, selector: str, form: type[FormType]) -> FormType | None:
-        """The learner's answer; None where it has none, as before anything is learned, or does not answer in time.
-
-        Raises:
-            BadInput: what answers is no learner of this version.
-        """
-        assert self._session is not None
-        return answer(self._session, selector, form, ANSWER_TIMEOUT_S)
+        looked_through = learner.reports(max(0, snapshot.revision - MAX_SEARCHED_ITERATIONS))
+        changes = [{"iteration": each.iteration, "what": each.change} for each in looked_through if each.change]
+        return {"model": curve(snapshot, self.words), "changes": changes[-10:]}
 
 
-def curve(snapshot: ModelSnapshot, axis: Axis = YAW) -> Mapping[str, Any]:
-    """What is drawn of a model: the damping with the bands of 95 %, the vectors, the textbook's coefficients."""
-    model = snapshot.model()
+def curve(snapshot: ModelSnapshot, words: AxisWords = YAW_WORDS, rates: int = 121) -> Mapping[str, Any]:
+    """What is drawn of a model: the damping with the bands of 95 %, the vectors, the textbook's coefficients.
+
+    The curve goes a tenth of the trained range beyond each of its ends.
+    """
+    model = snapshot.model
     low, high = model.trained_range or (0.0, 0.0)
-    beyond = BEYOND_SHARE * (high - low)
-    rate = np.linspace(low - beyond, high + beyond, CURVE_RATES)
-    drawn, known, words = model.predict(rate), coefficients(model), words_of(axis)
+    beyond = 0.1 * (high - low)
+    rate = np.linspace(low - beyond, high + beyond, rates)
+    drawn, known = model.predict(rate), coefficients(model)
     return {
         "revision": snapshot.revision,
         "iteration": snapshot.iteration,
         "t": snapshot.t,
         "inertia": snapshot.inertia_in_force,
-        "trained_range": [low, high],
         "noise": snapshot.noise,
         "rate": rate.tolist(),
         "damping": drawn.damping.tolist(),
         "sigma": drawn.sigma.tolist(),
         "doubt": drawn.doubt.tolist(),
         "extrapolated": drawn.extrapolated.tolist(),
-        "support": {"rate": snapshot.support.rate, "damping": snapshot.support.damping},
+        "support": {"rate": model.support_rate.tolist(), "damping": model.support_damping.tolist()},
         "coefficients": {name: value._asdict() for name, value in known.items()},
         "coefficient_notes": [
             note

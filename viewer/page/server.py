@@ -1,7 +1,7 @@
 """The page's HTTP server: GET of a few paths; nothing of the vehicle can be changed through it.
 
-Each client has a thread of its own, so that one that is slow or silent holds up no other. Beyond MAX_CLIENTS the one
-that has been silent longest is cut off.
+Each client has a thread of its own, so that one that is slow or silent holds up no other. A browser keeps one answer
+open, on which it is sent what is new (server-sent events).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.metadata import version
 from importlib.resources import files
 from typing import Any
-from urllib.parse import parse_qs, unquote, urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 from incsvr.errors import BadInput
 from service.bus.session import client_config, stop_event
@@ -32,8 +32,6 @@ log = logging.getLogger(__name__)
 
 MAX_CLIENTS = 400
 """Connections at a time: a thread each, of some 50 kB. Twice the clients that a page was asked to bear."""
-MAX_SILENCE_S = 30.0
-"""A client that sends or takes nothing for so long [s] is cut off."""
 SERVICE = {
     "description": "Learns the vehicle's damping while it moves, and what its model lacks",
     "icon": "mdi-chart-bell-curve-cumulative",
@@ -52,83 +50,89 @@ class Handler(BaseHTTPRequestHandler):
 
     server_version = "incsvr"
     sys_version = ""
-    timeout = MAX_SILENCE_S
+    timeout = 10.0  # a client that sends or takes nothing for so long [s] is cut off
 
     def __init__(self, *args: Any, learner: Learner, names: frozenset[str], **more: Any) -> None:
         self._learner, self._names = learner, names
         super().__init__(*args, **more)
 
     def do_GET(self) -> None:
-        if not self._is_for_us():
-            return
-        path = unquote(urlsplit(self.path).path)
-        if path in ("/", "/index.html"):
-            self._send("text/html; charset=utf-8", files("viewer.page").joinpath("page.html").read_bytes())
-        elif path == "/state.json":
-            axis = parse_qs(urlsplit(self.path).query).get("axis", [None])[0]
-            self._send("application/json", json_text(self._learner.of_axis(axis)).encode())
-        elif path == "/register_service":
-            self._send("application/json", json_text(SERVICE | {"name": self._learner.words["title"]}).encode())
-        else:
-            self.send_error(HTTPStatus.NOT_FOUND, "there is no such page")
-
-    def _is_for_us(self) -> bool:
-        """Whether the request calls us by a name of ours; else it is refused."""
-        if isinstance(self.server, Server):
-            self.server.asked(self.connection)
-        host = foreign(self.headers.get_all("Host", []), self._names)
-        if host is not None:
+        if foreign(self.headers.get_all("Host", []), self._names) is not None:
             why_not = "the page is not served under this name; call it by its address, or start it with --name NAME"
             self.send_error(HTTPStatus.FORBIDDEN, explain=why_not)
-        return host is None
+            return
+        path, axis = urlsplit(self.path).path, parse_qs(urlsplit(self.path).query).get("axis", [None])[0]
+        match path:
+            case "/" | "/index.html":
+                template, state = files("viewer.page").joinpath("page.html").read_text("utf-8"), self._state(axis)
+                # In a script a text that closes it would be read as its end.
+                self._send("text/html; charset=utf-8", template.replace("{{ state }}", state.replace("<", "\\u003c")))
+            case "/state.json":
+                self._send("application/json", self._state(axis))
+            case "/events":
+                self._events(axis)
+            case "/register_service":
+                service = SERVICE | {"name": f"{self._learner.words.title} damping"}
+                self._send("application/json", json_text(service))
+            case _:
+                self.send_error(HTTPStatus.NOT_FOUND, "there is no such page")
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Once a second and browser nobody wants to read that all is well."""
+        """Nobody wants to read that all is well."""
 
-    def _send(self, kind: str, body: bytes) -> None:
-        self.send_response(HTTPStatus.OK)
-        self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(len(body)))
-        self.send_header("Cache-Control", "no-store")
-        self.end_headers()
+    def _events(self, axis: str | None, period_s: float = 1.0) -> None:
+        """What the learner says, once and whenever it says something else, until the browser goes."""
+        self._head("text/event-stream")
+        told = ""
+        while True:
+            state = self._state(axis)
+            self.wfile.write(b":\n\n" if state == told else f"data: {state}\n\n".encode())
+            told = state
+            self._learner.closed.wait(period_s)
+            if self._learner.closed.is_set():
+                return
+
+    def _state(self, axis: str | None) -> str:
+        return json_text(self._learner.of_axis(axis))
+
+    def _send(self, kind: str, text: str) -> None:
+        body = text.encode()
+        self._head(kind, ("Content-Length", str(len(body))))
         self.wfile.write(body)
+
+    def _head(self, kind: str, *more: tuple[str, str]) -> None:
+        self.send_response(HTTPStatus.OK)
+        for name, value in (("Content-Type", kind), ("Cache-Control", "no-store"), *more):
+            self.send_header(name, value)
+        self.end_headers()
 
 
 class Server(ThreadingHTTPServer):
-    """A bounded number of clients at a time."""
+    """A bounded number of clients at a time; whoever comes beyond is turned away until one goes."""
 
     daemon_threads = True
     request_queue_size = MAX_CLIENTS  # that connect in the same moment
 
     def __init__(self, *args: Any) -> None:
-        self._clients: dict[socket.socket, bool] = {}  # in the order in which they came; whether each has asked
+        self.clients = 0
         self._lock = threading.Lock()
         super().__init__(*args)
 
-    @property
-    def clients(self) -> int:
-        """How many are connected."""
-        with self._lock:
-            return len(self._clients)
+    def verify_request(self, request: Any, client_address: Any) -> bool:
+        """Whether there is room."""
+        return self.clients <= MAX_CLIENTS
 
-    def asked(self, client: socket.socket) -> None:
-        """This client has sent its request."""
+    def get_request(self) -> tuple[socket.socket, Any]:
+        """The next client."""
+        accepted = super().get_request()
         with self._lock:
-            self._clients[client] = True
-
-    def process_request(self, request: Any, client_address: Any) -> None:
-        with self._lock:
-            if len(self._clients) >= MAX_CLIENTS:
-                silent = (client for client, asked in self._clients.items() if not asked)
-                oldest = next(silent, next(iter(self._clients)))
-                del self._clients[oldest]
-                _cut_off(oldest)
-            self._clients[request] = False
-        super().process_request(request, client_address)
+            self.clients += 1
+        return accepted
 
     def shutdown_request(self, request: Any) -> None:
+        """A client has gone."""
         with self._lock:
-            self._clients.pop(request, None)
+            self.clients -= 1
         super().shutdown_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
@@ -142,7 +146,7 @@ def server(host: str, port: int, learner: Learner, names: frozenset[str]) -> Ser
     """A server that listens; `serve_forever` answers.
 
     Args:
-        names: under which browsers may call it, beside addresses (`hosts.ours`).
+        names: under which browsers may call it, beside addresses (`ours`).
 
     Raises:
         OSError: the port is taken.
@@ -150,21 +154,12 @@ def server(host: str, port: int, learner: Learner, names: frozenset[str]) -> Ser
     return Server((host, port), partial(Handler, learner=learner, names=names))
 
 
-def _cut_off(client: socket.socket) -> None:
-    """Ends a connection under the thread that waits for it, which then closes it."""
-    try:
-        client.shutdown(socket.SHUT_RDWR)
-    except OSError:
-        return  # it has ended by itself
-
-
 _HOST = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[^\s:/?#@\[\]\\]+)(:\d{1,5})?")
 
 
 def ours(served_at: str, named: Iterable[str]) -> frozenset[str]:
     """The names that are ours: of this machine, where it is served, and what somebody named."""
-    own = socket.gethostname()
-    return frozenset(_plain(name) for name in ("localhost", own, served_at, *named))
+    return frozenset(map(_plain, ("localhost", socket.gethostname(), served_at, *named)))
 
 
 def foreign(hosts: Sequence[str], names: frozenset[str]) -> str | None:
@@ -177,14 +172,10 @@ def _is_ours(host: str, names: frozenset[str]) -> bool:
     if found is None:
         return False
     name = _plain(found[1])
-    return name in names or name.endswith((".local", ".localhost")) or _is_address(name.strip("[]"))
-
-
-def _is_address(text: str) -> bool:
     try:
-        ipaddress.ip_address(text)
+        ipaddress.ip_address(name.strip("[]"))
     except ValueError:
-        return False
+        return name in names or name.endswith((".local", ".localhost"))
     return True
 
 
@@ -218,11 +209,10 @@ def run(args: argparse.Namespace) -> int:
         ) from None
     host, port = served.server_address[:2]
     print(f"incsvr page: http://{host!s}:{port}/ shows {config.prefix} of {where}", file=sys.stderr, flush=True)
-    answering = threading.Thread(target=served.serve_forever, daemon=True)
-    answering.start()
+    threading.Thread(target=served.serve_forever, daemon=True).start()
     while not stop.wait(1.0):
         pass
     served.shutdown()
-    served.server_close()
     learner.close()
+    served.server_close()
     return 0

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -14,7 +13,7 @@ from incsvr.plant.words import words_of
 from incsvr.vehicle import Comparison
 from incsvr.vehicle.changes import LEVEL
 from incsvr.vehicle.compare import Quantity, Value
-from viewer.report.drawing import AFTER, BEFORE, svg
+from viewer.drawing import AFTER, BEFORE, svg
 from viewer.report.figures import between, capital, number, rendered
 
 MAX_NAMED_DIVES = 12
@@ -42,7 +41,7 @@ def dives_page(
         shown=[f"{capital(each.sentence)}." for each in compared.shown],
         order=compared.order,
         explanations=[(dive, [capital(each) for each in found]) for dive, found in explanations.items()],
-        charts=[Markup(chart(quantity, compared.dives, values)) for quantity, values in rows],
+        charts=[chart(quantity, compared.dives, values) for quantity, values in rows],
         tables=[(quantity.name, quantity.unit, _rows(compared.dives, values)) for quantity, values in rows],
         dives=[
             (dive, f"{went.seconds:.0f}", [number(went.speed[list(AXES).index(axis)]) for axis in _axes(compared)])

@@ -35,5 +35,5 @@ def rendered(template: str, axis: Axis, provenance: Mapping[str, str] | None, **
     environment = Environment(
         loader=PackageLoader("viewer.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.globals["words"] = words_of(axis)
-    return environment.get_template(template).render(provenance=provenance or {}, number=number, **values)
+    environment.globals |= {"words": words_of(axis), "number": number, "between": between}
+    return environment.get_template(template).render(provenance=provenance or {}, **values)

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -14,14 +13,10 @@ from incsvr.forecasting.over_recordings import FitPictures, FreeRun
 from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
-from viewer.report.charts import Curve, damping_chart
-from viewer.report.drawing import AFTER, BEFORE, MEASURED, line, svg
-from viewer.report.figures import between, capital, number, rendered
+from viewer.charts import Curve, damping_chart
+from viewer.drawing import AFTER, BEFORE, longest, simulated_chart, svg
+from viewer.report.figures import capital, number, rendered
 
-DRAWN_PIECES = 4
-"""Free runs that are drawn, the longest."""
-DRAWN_SECONDS = 30.0
-"""Longest part of each free run that is drawn [s]."""
 NORMAL_95 = 1.96
 COEFFICIENTS = (("{linear}", "{linear_unit}"), ("{quadratic}", "{quadratic_unit}"))
 """What the two of a result are called, and their units: templates of `AxisWords`."""
@@ -39,7 +34,7 @@ def fit_page(
     """
 
     words, declared, inertia = words_of(axis), result["declared"]["inertia"], result["inertia"]
-    unit = words.inertia_unit
+    unit, samples = words.inertia_unit, pictures.samples
     in_use = "" if inertia == declared else f", {inertia:.3g} {unit} in use"
     return rendered(
         "fit.html.j2",
@@ -50,15 +45,15 @@ def fit_page(
         headline=_headline(result, pictures, words),
         remarks=[capital(remark) for remark in result["remarks"]],
         coefficients=[
-            (words.fill(name), number(each["estimate"]), between((each["low"], each["high"])), words.fill(unit))
+            (words.fill(name), each["estimate"], (each["low"], each["high"]), words.fill(unit))
             for (name, unit), each in zip(COEFFICIENTS, result["coefficients"].values(), strict=True)
         ],
         flags=result["coefficient_notes"],
-        range=[number(end) for end in result["trained_range"]],
+        range=result["trained_range"],
         settings=_settings(result, words),
-        damping=Markup(_damping(pictures, axis)),
-        errors=Markup(_errors(result, axis)),
-        free_runs=[Markup(_free_run(run, axis)) for run in _longest(pictures.free_runs)],
+        damping=damping_chart([learned_curve(pictures)], samples.yaw_rate, samples.damping, axis),
+        errors=_errors(result, axis),
+        free_runs=_free_runs(pictures.free_runs, axis),
         where=f"{pictures.where}, {'which was not learned from' if pictures.unseen else 'which was learned from'}",
     )
 
@@ -102,10 +97,6 @@ def _settings(result: Mapping[str, Any], words: AxisWords) -> list[tuple[str, st
     return rows
 
 
-def _damping(pictures: FitPictures, axis: Axis) -> str:
-    return damping_chart([learned_curve(pictures)], pictures.samples.yaw_rate, pictures.samples.damping, axis)
-
-
 def learned_curve(pictures: FitPictures) -> Curve:
     """The final model's damping over the rates that it was trained on, with its doubt."""
     model = pictures.model
@@ -124,17 +115,12 @@ def _errors(result: Mapping[str, Any], axis: Axis) -> str:
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
-        axes.plot(
-            iterations,
-            before,
-            "s--",
-            color=BEFORE,
-            markersize=4,
-            linewidth=1.4,
-            label="the batch, before it is learned",
-        )
-        if unseen.size:
-            axes.plot(iterations, unseen, "o-", color=AFTER, markersize=4, linewidth=1.6, label="unseen recordings")
+        for errors, style, colour, label in (
+            (before, "s--", BEFORE, "the batch, before it is learned"),
+            (unseen, "o-", AFTER, "unseen recordings"),
+        ):
+            if errors.size:
+                axes.plot(iterations, errors, style, color=colour, markersize=4, linewidth=1.5, label=label)
         axes.set_ylim(bottom=0.0)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("iteration")
@@ -144,21 +130,7 @@ def _errors(result: Mapping[str, Any], axis: Axis) -> str:
     return svg(draw, 4.7, 3.2)
 
 
-def _longest(runs: Sequence[FreeRun]) -> list[FreeRun]:
-    found = sorted(runs, key=lambda run: -run.time.size)[:DRAWN_PIECES]
-    return sorted((run for run in found if run.time.size > 1), key=lambda run: float(run.time[0]))
-
-
-def _free_run(run: FreeRun, axis: Axis) -> str:
-    here, words = run.time <= run.time[0] + DRAWN_SECONDS, words_of(axis)
-
-    def draw(figure: Figure) -> None:
-        axes = figure.subplots()
-        line(axes, run.time[here], run.measured[here], color=MEASURED, linewidth=1.1, label="measured")
-        line(axes, run.time[here], run.simulated[here], color=AFTER, linewidth=1.5, label="simulated")
-        axes.set_ylabel(f"{words.rate} {words.symbol} [{words.rate_unit}]")
-        axes.set_xlabel("time t [s]")
-        axes.margins(x=0.01)
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=2)
-
-    return svg(draw, 4.7, 2.5)
+def _free_runs(runs: Sequence[FreeRun], axis: Axis, seconds: float = 30.0) -> list[str]:
+    """The beginnings of the longest free runs, a chart each."""
+    chosen = (runs[k] for k in longest([run.time for run in runs]))
+    return [simulated_chart(axis, run.time, run.measured, run.simulated, seconds) for run in chosen]

@@ -5,22 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from markupsafe import Markup
-from matplotlib.figure import Figure
-
 from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.terms import mass_unit, stage_unit, thrust_name
 from incsvr.plant.words import words_of
 from incsvr.vehicle import Identified, Parameter
 from incsvr.vehicle.model import BOUND_REACHED, ESTIMATED, UNKNOWN
 from incsvr.vehicle.prediction import Course
-from viewer.report.drawing import AFTER, line, over_time, svg
+from viewer.drawing import simulated_chart
 from viewer.report.figures import between, capital, number, rendered
 
-DRAWN_SECONDS = 60.0
-"""Longest part of the free run that is drawn [s]."""
-BEHIND = "#b4bdc7"
-"""Colour of the measured velocities, which a good model's line covers."""
 JUDGED_S = 5.0
 """How far ahead the headline speaks of [s]."""
 
@@ -43,9 +36,9 @@ def vehicle_page(found: Identified, notes: Sequence[str] = (), provenance: Mappi
         summary=_summary(found),
         axes=[(capital(axis), axis in vehicle.driven, _rows(found, axis)) for axis in vehicle.axes],
         errors=_errors(found),
-        track=[(f"{ahead:g}", number(error)) for ahead, error in found.errors.track.items()],
+        track=found.errors.track.items(),
         where=where(found),
-        charts=[] if found.course is None else [Markup(chart(found.course, k)) for k in range(len(found.course.axes))],
+        charts=[] if found.course is None else free_runs(found.course),
         refusals=[capital(f"{axis}: {why}") for axis, why in found.refusals.items()],
         manoeuvres=[capital(sentence) for sentence in (*found.warnings, *found.manoeuvres)],
         notes=[capital(note) for note in notes],
@@ -59,18 +52,12 @@ def where(found: Identified) -> str:
     return "the dives' own parts, each predicted by a model of the other parts"
 
 
-def chart(course: Course, k: int) -> str:
-    """The free run of one axis, measured and simulated."""
-    return svg(lambda figure: draw_course(figure, course, k), 4.7, 2.3)
-
-
-def draw_course(figure: Figure, course: Course, k: int) -> None:
-    """Draws the free run of one axis on a figure."""
-    axis, here = AXES[course.axes[k]], course.time <= DRAWN_SECONDS
-    axes = figure.subplots()
-    line(axes, course.time[here], course.measured[here, k], color=BEHIND, linewidth=3.0, label="measured")
-    line(axes, course.time[here], course.simulated[here, k], color=AFTER, linewidth=1.5, label="simulated")
-    over_time(figure, axes, f"{axis.name} {axis.symbol} [{words_of(axis).rate_unit}]")
+def free_runs(course: Course, seconds: float = 60.0) -> list[str]:
+    """The beginning of the free run, a chart for each axis."""
+    columns = zip(course.axes, course.measured.T, course.simulated.T, strict=True)
+    return [
+        simulated_chart(AXES[axis], course.time, measured, simulated, seconds) for axis, measured, simulated in columns
+    ]
 
 
 def _headline(found: Identified) -> list[str]:

@@ -96,11 +96,6 @@ MAX_SEQUENCE_ITEMS = 100_000
 LITTLE, BIG = b"\x00\x01\x00\x00", b"\x00\x00\x00\x00"
 
 
-def has_header(name: str) -> bool:
-    """Whether messages of this type bear a stamp."""
-    return TYPES.get(name, "").startswith("header,")
-
-
 def decode(payload: bytes, name: str) -> dict[str, Any]:
     """The fields of a message of a known type, nested; stamps in seconds.
 

@@ -62,3 +62,15 @@ def test_static_stages_act_on_the_samples_in_their_order() -> None:
     stage = Stage(exponent=2.0, dead=0.5, limit=6.0, reverse=0.7)
     demanded = np.array([-10.0, -5.0, -1.0, 0.0, 1.0, 5.0, 8.0, 10.0])
     assert stage.static(demanded, 10.0) == pytest.approx([-4.2, -1.4, 0.0, 0.0, 0.0, 2.0, 5.9, 6.0])
+
+
+@pytest.mark.parametrize(
+    "stage",
+    [Stage(exponent=1.3), Stage(dead=2.0), Stage(gap=2.0), Stage(limit=7.0), Stage(sag=9.0), Stage(reverse=0.7),
+     Stage(exponent=0.8, gap=1.5, sag=8.0, reverse=1.2)],
+)  # fmt: skip
+def test_what_a_stage_makes_of_an_effort_is_undone(stage: Stage) -> None:
+    made = stage.static(np.linspace(-6.0, 6.0, 40), 10.0)
+    reached = stage.static(stage.undone(made, 10.0), 10.0)
+    jump = 0.625 * (stage.gap or 0.0)  # nothing makes the thrust within it: the nearer end is asked for
+    assert np.abs(reached - made).max() <= jump + 1e-9

@@ -21,12 +21,14 @@ class Turning:
         inertia: I [kg m²].
         linear, quadratic: d [N m s], k [N m s²].
         cross_flow: c [N s²].
+        thrust: makes the torque that acts of the one that is asked for [N m].
     """
 
     inertia: float = 24.0
     linear: float = 9.0
     quadratic: float = 26.0
     cross_flow: float = 0.0
+    thrust: Callable[[float], float] = float
 
     def course(self, torque: Callable[[int, float], float], surge: Array) -> tuple[Array, Array]:
         """(n,) r [rad/s] and τ [N m] at each step; `torque` is asked for τ of a step, at the present r."""
@@ -34,6 +36,7 @@ class Turning:
         for k, flow in enumerate((self.linear + self.cross_flow * np.abs(surge)).tolist()):
             tau = torque(k, rate)
             rates[k], torques[k] = rate, tau
+            tau = self.thrust(tau)
             middle = rate + 0.5 * STEP * (tau - (flow + self.quadratic * abs(rate)) * rate) / self.inertia
             rate += STEP * (tau - (flow + self.quadratic * abs(middle)) * middle) / self.inertia
         return rates, torques

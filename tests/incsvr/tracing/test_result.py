@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -113,6 +114,25 @@ def test_damping_that_differs_with_the_direction_is_learned_and_no_effect() -> N
     assert (found.verdict, found.effects) == ("none", ())
     to_port, to_starboard = found.model.damping_at(np.array([-0.4, 0.4]))
     assert to_starboard + to_port == pytest.approx(2.0 * 10.0 * 0.4**2, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "size", "thrust"),
+    [
+        ("dead_zone", "half_width_nm", 2.0, lambda asked: asked if abs(asked) > 2.0 else 0.0),
+        ("dead_zone", "half_width_nm", 2.0, lambda asked: asked - max(min(asked, 2.0), -2.0)),
+        ("torque_saturation", "limit_nm", 8.0, lambda asked: max(min(asked, 8.0), -8.0)),
+        ("torque_saturation", "limit_nm", 8.0, lambda asked: asked / (1.0 + abs(asked / 8.0) ** 3.5) ** (1.0 / 3.5)),
+    ],
+    ids=["jumps", "begins at nothing", "is cut", "bends"],
+)
+def test_a_dead_zone_and_a_limit_are_named_alone_in_either_shape(
+    effect: str, parameter: str, size: float, thrust: Callable[[float], float]
+) -> None:
+    log = dive(Turning(inertia=12.0, thrust=thrust), 6, seconds=240.0, rate=5.0)
+    found = trace([Run(effect, *log["yaw_rate"], log["torque"][1])], inertia=12.0)
+    assert [each.effect for each in found.effects] == [effect]
+    assert found.effects[0].parameters[parameter] == pytest.approx(size, rel=0.1)
 
 
 def test_live_gets_the_same_effects(trimmed: Trace) -> None:

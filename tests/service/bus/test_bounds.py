@@ -38,7 +38,7 @@ def test_a_revision_is_answered_as_it_was_or_said_to_be_gone(start: StartBench, 
         assert answer is not None
         then = wire.decode(wire.DampingReply, answer)
         assert (then.revision, then.iteration, then.rate) == (2, 2, (0.1, -0.2))
-        assert then.damping == tuple(published[1].model().predict([0.1, -0.2]).damping)
+        assert then.damping == tuple(published[1].model.predict([0.1, -0.2]).damping)
     for question in ("iteration?revision=1", "damping?rate=0.1;revision=1", "model?revision=1"):
         answer, error = bench.get(f"{bench.keys.prefix}/{question}")
         assert answer is None

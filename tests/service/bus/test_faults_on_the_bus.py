@@ -136,4 +136,5 @@ def test_a_clean_restart_hears_again(tmp_path: Path) -> None:
                     break
             assert model is not None
             assert model.revision == 2
+            assert model.t is not None
             assert 35.0 < model.t < 215.0

@@ -63,7 +63,7 @@ def test_digits_with_an_underscore_are_no_number_on_the_bus(monkeypatch: pytest.
         parse_numbers("rate", "0_1", "rad/s")
     for form in (wire.DampingQuery, wire.FeedforwardQuery, wire.ForecastQuery):
         fields = {name: ["0_1"] for name in ("t", "rate", "torque")}
-        with pytest.raises(BadInput, match="valid number"):
+        with pytest.raises(BadInput, match="give a finite number"):
             wire.decode(form, json.dumps(fields).encode())
     monkeypatch.setenv("INCSVR_VEHICLE__INERTIA", "350_0")
     with pytest.raises(BadInput, match="without _"):

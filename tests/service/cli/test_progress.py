@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from service.recordings.recording import Recording
+from service.recordings.recording import from_table
 from service.recordings.recording_csv import write
 from simulator import leng
 from simulator.dive_log import write_dive
@@ -26,7 +26,7 @@ IMPATIENT = (
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     whole, path = leng.recording("T1", 1), tmp_path_factory.mktemp("progress") / "dive.csv"
-    write(path, Recording("dive", whole.time, {"r": whole.columns["yaw_rate"], "tau": whole.columns["torque"]}))
+    write(path, from_table("dive", whole.time, {"r": whole.columns["yaw_rate"], "tau": whole.columns["torque"]}))
     return path
 
 

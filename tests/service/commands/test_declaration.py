@@ -14,7 +14,7 @@ from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.fitting.declaration import judge_declaration
 from service.recordings.reading import read
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.recordings.recording_csv import write
 from simulator import leng
 from tests.worlds import ROV, mission, slow, trial
@@ -34,7 +34,7 @@ def driven(
         rate += STEP * (push - linear * rate - 20.0 * rate * abs(rate)) / inertia
     noise = np.random.default_rng(3).normal(0.0, 0.003, time.size)
     columns = {"yaw_rate": (rates + noise)[::5], "torque": command(time)[::5]}
-    return Recording("driven", time[::5], columns)
+    return from_table("driven", time[::5], columns)
 
 
 def swinging(*periods: float) -> Callable[[Array], Array]:
@@ -42,7 +42,8 @@ def swinging(*periods: float) -> Callable[[Array], Array]:
 
 
 def scaled(recording: Recording, scale: float, offset: float = 0.0) -> Recording:
-    return replace(recording, columns={**recording.columns, "torque": offset + scale * recording.columns["torque"]})
+    time, torque = recording.own_streams["torque"]
+    return replace(recording, own_streams={**recording.own_streams, "torque": (time, offset + scale * torque)})
 
 
 @pytest.fixture(scope="module")
@@ -116,9 +117,8 @@ def _trial(effect: str) -> tuple[Recording, float]:
 def test_a_torque_that_acts_late_is_put_on_time_and_not_turned() -> None:
     """A rotor and a link of 0.6 s under swings of 1.5 and 2.5 s: at its stamps the torque is against the turn."""
     late = driven(swinging(1.5, 2.5), 0.6, linear=6.0)
-    unseen = replace(
-        late, name="unseen", columns={**late.columns, "depth": np.arange(late.time.size, dtype=np.float64)}
-    )
+    depth = late.time, np.arange(late.time.size, dtype=np.float64)
+    unseen = replace(late, name="unseen", own_streams={**late.own_streams, "depth": depth})
     found = judge_declaration([late], [unseen], 16.7, None, False)
     assert found.note is not None
     assert "the torque acts 0.6 s after its stamps" in found.note

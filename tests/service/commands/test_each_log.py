@@ -15,7 +15,7 @@ from service.cli.command_line import main, parser_of
 from service.fitting.each_log import refuse_dives
 from service.fitting.identify import configured
 from service.fitting.request import Request, read_body
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.recordings.recording_csv import write
 
 STEP_S = 0.05
@@ -65,7 +65,7 @@ def in_world(columns: dict[str, Array], swapped: bool) -> dict[str, Array]:
 
 def saved(folder: Path, name: str, columns: dict[str, Array]) -> Path:
     time: Array = np.asarray(STEP_S * np.arange(columns["yaw_rate"].size), dtype=np.float64)
-    write(folder / name, Recording(name, time, columns))
+    write(folder / name, from_table(name, time, columns))
     return folder / name
 
 
@@ -118,7 +118,7 @@ def test_another_hand_place_or_frame_is_named_and_its_cure_mends_it(
     assert cure is not None
     flags = shlex.split(cure[0])
     try:
-        mended = judge([path], *flags)[0].body_streams()
+        mended = judge([path], *flags)[0].own_streams
     except BadInput as error:  # an axis that now agrees with its effort may still count to the other side
         assert "opposite" in said
         again = FLAGS.search(str(error))

@@ -11,7 +11,7 @@ import pytest
 
 from service.cli.command_line import main
 from service.config.sources import read
-from service.recordings.recording import Recording
+from service.recordings.recording import from_table
 from service.recordings.recording_csv import write
 from simulator import leng
 from tests.worlds import planar
@@ -72,7 +72,7 @@ def test_a_gap_is_said_and_not_bridged(
     whole = leng.recording("T1", 0)
     kept = (whole.time < 100.0) | (whole.time > 130.0)
     path = tmp_path / "gap.csv"
-    write(path, Recording("gap.csv", whole.time[kept], {name: v[kept] for name, v in whole.columns.items()}))
+    write(path, from_table("gap.csv", whole.time[kept], {name: v[kept] for name, v in whole.columns.items()}))
     result, spacing = fit(capsys, path), ("--set", "signals.sample_period=0.25")
     assert result["remarks"][0].startswith("gap.csv: yaw_rate pauses 1 times for longer than 0.2 s, 30 s in all")
     lost = fit(capsys, recorded["T1"], *spacing)["samples"] - fit(capsys, path, *spacing)["samples"]
@@ -148,7 +148,7 @@ def test_bad_input_is_one_sentence(
         ("still", 0.0 * rate, 1200),
     ):
         columns = {"yaw_rate": column[:size], "torque": 50.0 * rate[:size]}
-        write(Path(f"{name}.csv"), Recording(name, time[:size], columns))
+        write(Path(f"{name}.csv"), from_table(name, time[:size], columns))
     assert main(words.split()) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -175,7 +175,7 @@ def test_the_unseen_runs_are_not_cut_to_the_learned_ones(
     weak = tmp_path / "weak.csv"
     write(
         weak,
-        Recording(
+        from_table(
             "weak.csv", whole.time, {"yaw_rate": whole.columns["yaw_rate"], "torque": 0.3 * whole.columns["torque"]}
         ),
     )

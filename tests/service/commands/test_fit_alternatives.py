@@ -11,7 +11,7 @@ import pytest
 
 from service.cli.command_line import main
 from service.config.sources import read
-from service.recordings.recording import from_streams
+from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from tests.worlds import slow
 
@@ -24,7 +24,7 @@ def quick(folder: Path, every: float, changes: tuple[float, float], noise: float
         time, torque = recording.streams()["torque"]
         torque = torque + noise * np.random.default_rng(seed).standard_normal(torque.size)
         path = folder / f"{seed}.csv"
-        write(path, from_streams(path.name, {**recording.streams(), "torque": (time, torque)}))
+        write(path, Recording(path.name, {**recording.streams(), "torque": (time, torque)}))
         paths.append(str(path))
     return paths[0], paths[1]
 

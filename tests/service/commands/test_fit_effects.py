@@ -57,11 +57,11 @@ def test_it_is_the_model_of_the_learner_on_the_bus(
     errors, snapshot = [], None
     while (outcome := node.learn()) is not None:
         errors.append(outcome.report.progressive_mae)
-        snapshot = outcome.snapshot
+        snapshot = outcome.served
     assert snapshot is not None
     assert errors[0] is None
     assert fitted["progressive_mae"][1:] == pytest.approx(errors[1:], rel=1e-9)  # the learner's sums, the bus's curve
-    assert tuple(fitted["trained_range"]) == snapshot.trained_range
+    assert tuple(fitted["trained_range"]) == snapshot.model.trained_range
 
 
 def test_a_recording_without_the_channel_of_an_effect_is_refused(

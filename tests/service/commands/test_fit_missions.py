@@ -13,7 +13,8 @@ from service.cli.command_line import main
 from service.fitting.fit import Fit
 from service.fitting.terms import Terms
 from service.fitting.training import AS_GIVEN
-from service.recordings.recording_csv import RATE_LIMIT, write
+from service.recordings.reading import RATE_LIMIT
+from service.recordings.recording_csv import write
 from service.recordings.samples_from_recording import signals_for
 from tests.service.commands.test_fit import fit
 from tests.worlds import ROV, mission, slow

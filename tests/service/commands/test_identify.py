@@ -18,7 +18,7 @@ from incsvr.vehicle import identify
 from service.cli.command_line import main
 from service.config.vehicle_file import read_vehicle
 from service.fitting.identify import declared_by_file
-from service.recordings.recording import from_streams
+from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from simulator.vehicles import NAMES, torpedo
 from tests.viewer.test_report import Text
@@ -32,7 +32,7 @@ def dives(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("dives")
     body = torpedo(np.random.default_rng(51))
     for seed, (name, seconds) in enumerate((("one", 200.0), ("two", 60.0)), start=51):
-        write(folder / f"{name}.csv", from_streams(name, swim(body, seconds, seed)))
+        write(folder / f"{name}.csv", Recording(name, swim(body, seconds, seed)))
     words = ["identify", str(folder / "one.csv"), "--validate", str(folder / "two.csv"), "--name", "torpedo"]
     words += ["--write", str(folder / "vehicle.yaml"), "--report", str(folder / "report.html")]
     assert main([*words, "--json", str(folder / "found.json")]) == 0
@@ -96,7 +96,7 @@ def test_a_free_run_that_diverges_is_a_warning_with_its_cure(
         name: (time, np.roll(values, values.size // 2) if name in EFFORTS else values)
         for name, (time, values) in log.items()
     }
-    write(tmp_path / "wrong.csv", from_streams("wrong", wrong))
+    write(tmp_path / "wrong.csv", Recording("wrong", wrong))
     target, report = tmp_path / "found.json", tmp_path / "report.html"
     words = ["identify", str(dives / "one.csv"), "--validate", str(tmp_path / "wrong.csv"), "--report", str(report)]
     assert main([*words, "--json", str(target)]) == 0
@@ -115,7 +115,7 @@ def test_an_inertia_that_nothing_determines_is_not_called_estimated(
 ) -> None:
     """The yaw of a torpedo without its surge and sway, whose Coriolis moment drives it."""
     log = swim(torpedo(np.random.default_rng(58)), 150.0, 58)
-    write(tmp_path / "yaw.csv", from_streams("yaw", {name: log[name] for name in ("yaw_rate", "torque")}))
+    write(tmp_path / "yaw.csv", Recording("yaw", {name: log[name] for name in ("yaw_rate", "torque")}))
     target, report = tmp_path / "found.json", tmp_path / "report.html"
     assert main(["identify", str(tmp_path / "yaw.csv"), "--json", str(target), "--report", str(report)]) == 0
     found, text = json.loads(target.read_text(encoding="utf-8")), capsys.readouterr().out
@@ -245,7 +245,7 @@ def test_a_drag_that_changes_between_dives_is_told_with_its_dive(tmp_path: Path)
     more = np.where(np.arange(6) == 5, 1.3, 1.0)
     fouled = replace(body, linear=body.linear * more, quadratic=body.quadratic * more)
     for seed, (name, each) in enumerate((("may", body), ("june", body), ("july", fouled))):
-        write(tmp_path / f"{name}.csv", from_streams(name, swim(each, 120.0, seed)))
+        write(tmp_path / f"{name}.csv", Recording(name, swim(each, 120.0, seed)))
     dives = [str(tmp_path / f"{name}.csv") for name in ("may", "june", "july")]
     target, history = tmp_path / "compared.json", tmp_path / "history.parquet"
     report = tmp_path / "compared.html"
@@ -291,7 +291,7 @@ def test_without_a_change_it_says_which_change_the_dives_would_have_shown(
     for seed, (name, began) in enumerate(at.items()):
         streams = swim(body, 100.0, seed).items()
         dated = {key: (time + began, values) for key, (time, values) in streams if key in ("yaw_rate", "torque")}
-        write(tmp_path / f"{name}.csv", from_streams(name, dated))
+        write(tmp_path / f"{name}.csv", Recording(name, dated))
     table, target, report = tmp_path / "dives.parquet", tmp_path / "compared.json", tmp_path / "compared.html"
     words = ["--json", str(target), "--report", str(report), "--table", str(table)]
     assert main(["compare", *(str(tmp_path / f"{name}.csv") for name in ("july", "june", "may")), *words]) == 0

@@ -13,7 +13,7 @@ from incsvr.plant.terms import LINEAR, Term
 from incsvr.vehicle import Parameter, Vehicle
 from service.cli.command_line import main
 from service.fitting.identify import refuse_runaway
-from service.recordings.recording import Recording
+from service.recordings.recording import from_table
 from service.recordings.recording_csv import write
 from simulator import leng
 
@@ -22,7 +22,7 @@ from simulator import leng
 def test_a_pegged_sensor_gives_no_vehicle_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = leng.recording("T1", 0)
     pegged = {**run.columns, "yaw_rate": np.clip(run.columns["yaw_rate"], -0.1, 0.1)}
-    write(tmp_path / "dive.csv", Recording("dive", run.time, pegged))
+    write(tmp_path / "dive.csv", from_table("dive", run.time, pegged))
     written = tmp_path / "vehicle.yaml"
     for words in (["identify", "--write", str(written)], ["trace", "--inertia", "350"], ["fit", "--inertia", "350"]):
         assert main([words[0], str(tmp_path / "dive.csv"), *words[1:]]) == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,8 +65,8 @@ def test_what_is_not_recorded_is_zero_and_said(files: list[str], tmp_path: Path,
     paths = []
     for seed in (900_300, 900_301):
         whole = vehicle(seed)
-        columns = {name: values for name, values in whole.columns.items() if name != "surge"}
-        write(tmp_path / f"{seed}.csv", type(whole)(whole.name, whole.time, columns))
+        streams = {name: stream for name, stream in whole.own_streams.items() if name != "surge"}
+        write(tmp_path / f"{seed}.csv", replace(whole, own_streams=streams))
         paths.append(str(tmp_path / f"{seed}.csv"))
     result, told = fitted(capsys, paths, "--set", BODY)
     assert result["coupled"]["taken_for_zero"] == ["surge"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import queue
 import signal
 import subprocess
@@ -11,6 +10,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -110,7 +110,7 @@ def test_after_kill_9_it_goes_on_after_the_last_published_revision(endpoint: str
         with serving(endpoint, tmp_path):
             assert "PUT" in alive.get(timeout=PATIENCE)
             resumed = answered(session, KEYS.model)
-            assert resumed.model_dump(exclude={"boot"}) == before[-1].model_dump(exclude={"boot"})
+            assert replace(resumed, boot="") == replace(before[-1], boot="")
             assert resumed.boot != before[-1].boot
             teach(session, KEYS, 9, 70, 140)
             after = next_model(models)
@@ -153,7 +153,7 @@ def test_stopped_and_started_in_between_it_publishes_the_same(endpoint: str, tmp
                 again = next_model(models)
             halves = [first, again, next_model(models)]
     for one, other in zip(whole, halves, strict=True):
-        assert one.model_dump(exclude={"boot"}) == other.model_dump(exclude={"boot"})
+        assert replace(one, boot="") == replace(other, boot="")
 
 
 def test_told_to_stop_while_it_waits_for_its_router_it_ends_without_an_error(tmp_path: Path) -> None:
@@ -187,7 +187,7 @@ def test_query_says_clearly_when_nobody_answers_and_waits_for_a_learner(endpoint
         teach(session, KEYS, 9, 0, 40)
         out, said = waiting.communicate(timeout=PATIENCE)
     assert waiting.returncode == 0, said
-    reply = wire.DampingReply.model_validate(json.loads(out))
+    reply = wire.decode(wire.DampingReply, out)
     assert reply.rate == (0.1, -0.2)
     assert reply.damping[0] > 0.0 > reply.damping[1]
     assert b"damping [N m]" in said

@@ -67,8 +67,8 @@ def test_status_tells_of_a_real_learner_and_follows_it(
             capsys.readouterr()
             assert main(["query", "5", "--connect", endpoint]) == 0
             first = capsys.readouterr().out.splitlines()[0]
-            assert model.trained_range is not None
-            assert first == f"not learned there (up to {model.trained_range[1]:.3g} rad/s)"
+            assert model.model.trained_range is not None
+            assert first == f"not learned there (up to {model.model.trained_range[1]:.3g} rad/s)"
             watch.send_signal(signal.SIGINT)
             assert watch.wait(PATIENCE) == 0
         finally:

@@ -10,7 +10,7 @@ import pytest
 
 from incsvr.numerics import Array
 from service.cli.command_line import main
-from service.recordings.recording import Recording
+from service.recordings.recording import from_table
 from service.recordings.recording_csv import write
 
 LENG = ("--inertia", "350")
@@ -32,7 +32,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "yaw_rate": rate + random.normal(0.0, 2e-4, time.size),
         "torque": torque + random.normal(0.0, 3.5, time.size),
     }
-    write(path, Recording("trim", time, columns))
+    write(path, from_table("trim", time, columns))
     return path
 
 

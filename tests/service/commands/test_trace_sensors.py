@@ -12,7 +12,7 @@ import pytest
 from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.fitting.sensors import examine_sensors, sensor_notes
-from service.recordings.recording import Recording
+from service.recordings.recording import from_table
 from service.recordings.recording_csv import write
 from tests.worlds import ROV, slow
 
@@ -41,7 +41,7 @@ def recording(stiffness: float = 0.0, seconds: float = 288.0) -> dict[str, Array
 def saved(folder: Path, columns: dict[str, Array]) -> Path:
     path = folder / "run.csv"
     t = columns["t"]
-    write(path, Recording("run.csv", t, {name: values for name, values in columns.items() if name != "t"}))
+    write(path, from_table("run.csv", t, {name: values for name, values in columns.items() if name != "t"}))
     return path
 
 
@@ -85,7 +85,7 @@ def test_a_clock_that_jumps_is_noted_with_its_instant(tmp_path: Path, capsys: py
 def test_a_gyros_zero_is_noted_where_the_heading_contradicts_it() -> None:
     columns = recording()
     time = columns.pop("t")
-    run = Recording("run.csv", time, columns | {"yaw_rate": columns["yaw_rate"] + 0.03})
+    run = from_table("run.csv", time, columns | {"yaw_rate": columns["yaw_rate"] + 0.03})
     assert any(
         "rad/s more than the heading turns" in note for note in sensor_notes([run], examine_sensors([run], 24.0), False)
     )

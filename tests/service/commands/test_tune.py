@@ -11,7 +11,7 @@ import pytest
 
 from service.cli.command_line import main
 from service.config.sources import read as read_config
-from service.recordings.recording import Recording
+from service.recordings.recording import from_table
 from service.recordings.recording_csv import write
 from simulator import leng
 
@@ -23,9 +23,9 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     few = whole.time < 40.0
     columns = {name: values[few] for name, values in whole.columns.items()}
     slow, quick = folder / "slow.csv", folder / "quick.csv"
-    write(slow, Recording("slow", whole.time[few], columns))
+    write(slow, from_table("slow", whole.time[few], columns))
     scaled = {"yaw_rate": 4.0 * columns["yaw_rate"], "torque": columns["torque"] / 100.0}
-    write(quick, Recording("quick", whole.time[few], scaled))
+    write(quick, from_table("quick", whole.time[few], scaled))
     return slow, quick
 
 

@@ -11,9 +11,8 @@ import pytest
 from incsvr.numerics import Array
 from service.config.sections import HealthLimits
 from service.health.health_watch import HealthConditions, HealthWatch
+from service.learner.next_iteration import NextIteration
 from service.learner.node import LearnerNode
-from service.learner.prepared_iteration import CommittedIteration
-from service.learner.questions import DampingQuery
 from simulator import leng
 from tests.service.conftest import configured
 
@@ -196,7 +195,7 @@ FROM, UNTIL = 200.0, 290.0
 RATES: Array = np.linspace(-0.22, 0.22, 45)
 
 
-def played(node: LearnerNode, after: float, until: float) -> list[CommittedIteration]:
+def played(node: LearnerNode, after: float, until: float) -> list[NextIteration]:
     """What is published while Leng's run is pushed from one time to another [s]."""
     for name, (t, value) in leng.recording("T1", 3).streams().items():
         if name == "torque":
@@ -212,12 +211,12 @@ def played(node: LearnerNode, after: float, until: float) -> list[CommittedItera
 def judged(node: LearnerNode) -> Any:
     config = configured()
     watch = HealthWatch(config.health, started=0.0, clock=lambda: 0.0)
-    watch.observe(HealthConditions(paused=node.current_warnings.paused))
+    watch.observe(HealthConditions(paused=(node.current_warnings.paused,)))
     return watch.report(node)
 
 
 def curve_error(node: LearnerNode) -> float:
-    predicted = np.array(node.predict(DampingQuery(tuple(RATES.tolist()))).damping)
+    predicted = node.served.model.predict(RATES).damping
     return float(np.mean(np.abs(predicted - leng.damping(RATES))))
 
 
@@ -231,8 +230,8 @@ def test_learning_pauses_while_the_torque_is_reversed_and_goes_on_after() -> Non
     assert "opposite directions" in said.learning.why
     assert any("opposite directions" in reason for reason in said.reasons)
     # what is served is what was learned before the batch that may have been touched, under a revision of its own
-    assert taken_back.snapshot.revision == good[-1].snapshot.revision + 1
-    assert taken_back.snapshot.support == good[-2].snapshot.support
+    assert taken_back.served.revision == good[-1].served.revision + 1
+    assert taken_back.served.support == good[-2].served.support
     assert not taken_back.report.trained
     assert curve_error(node) < 3.0
     assert played(node, 270.0, UNTIL) == []

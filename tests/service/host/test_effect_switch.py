@@ -20,10 +20,10 @@ from service import wire
 from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.traced_effects import TracedEffects, effects_from_trace
 from service.host.host import Host
+from service.learner.next_iteration import NextIteration
 from service.learner.node import LearnerNode
-from service.learner.prepared_iteration import CommittedIteration
 from service.live.tracing_state import TraceContent, TracingState
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.state.store import Store
 from simulator import leng
 from tests.hidden import acting, recording, with_channels, write_trace
@@ -71,7 +71,7 @@ def pushed(nodes: list[LearnerNode], run: Recording) -> None:
             node.push(name, t, value)
 
 
-def learned(node: LearnerNode) -> list[CommittedIteration]:
+def learned(node: LearnerNode) -> list[NextIteration]:
     outcomes = []
     while (outcome := node.learn()) is not None:
         outcomes.append(outcome)
@@ -82,7 +82,7 @@ def learned(node: LearnerNode) -> list[CommittedIteration]:
 def test_what_fails_in_the_middle_leaves_the_learner_as_it_was(failing: Recording, found: dict[str, Any]) -> None:
     tried, untouched = (LearnerNode(configured(**LIVE), boot="") for _ in range(2))
     pushed([tried, untouched], part(failing, 0.0, 300.0))
-    assert learned(tried)[-1].snapshot == learned(untouched)[-1].snapshot
+    assert learned(tried)[-1].served == learned(untouched)[-1].served
     with pytest.raises(BadInput, match="beyond 1e\\+30"):
         tried.relearn(effects(found), {})
     assert tried.memory(whole=True) == untouched.memory(whole=True)
@@ -90,7 +90,7 @@ def test_what_fails_in_the_middle_leaves_the_learner_as_it_was(failing: Recordin
     pushed([tried, untouched], part(failing, 300.0, 320.0))
     after, expected = learned(tried), learned(untouched)
     assert expected
-    assert [each.snapshot for each in after] == [each.snapshot for each in expected]
+    assert [each.served for each in after] == [each.served for each in expected]
     assert [each.report.batch for each in after] == [each.report.batch for each in expected]
     assert tried.batches.to_dict() == untouched.batches.to_dict()
     assert tried.batches.rejected == untouched.batches.rejected
@@ -115,8 +115,8 @@ def test_where_the_recent_data_teach_nothing_the_learned_curve_stands(tmp_path: 
     after = node.relearn(effects_from_trace(found["model"], found["effects"], leng.INERTIA, (), "a test"), {})
     assert after is not None
     assert "torque_lag" in after.report.batch.parts
-    assert after.snapshot.support == before.support
-    assert after.snapshot.revision == before.revision + 1
+    assert after.served.support == before.support
+    assert after.served.revision == before.revision + 1
 
 
 @pytest.mark.slow
@@ -139,11 +139,11 @@ def test_before_anything_is_learned_effects_come_into_force_and_the_first_model_
     assert [each["effect"] for each in node.served.effects] == ["torque_lag"]
     restarted = LearnerNode(config, boot="", memory=node.memory(whole=True), effects=effects)
     run = recording(3, 200.0)
-    pushed([node, restarted], Recording(run.name, run.time + 151.0, run.columns))
+    pushed([node, restarted], from_table(run.name, run.time + 151.0, run.columns))
     first = learned(node)[0]
-    assert first.snapshot == learned(restarted)[0].snapshot
-    assert first.snapshot.revision == 1
-    assert [each["effect"] for each in first.snapshot.effects] == ["torque_lag"]
+    assert first.served == learned(restarted)[0].served
+    assert first.served.revision == 1
+    assert [each["effect"] for each in first.served.effects] == ["torque_lag"]
     assert "torque_lag" in first.report.batch.parts
 
 
@@ -186,7 +186,7 @@ def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
         assert host.node.latest() == before
         pushed([host.node], part(failing, 320.0, 360.0))
         (outcome, *_) = learned(host.node)
-        assert outcome.snapshot.revision == before.revision + 1
+        assert outcome.served.revision == before.revision + 1
         assert outcome.report.batch.parts == {}
     kept = Store(tmp_path, config, changing=True)
     assert "set aside" not in " ".join(kept.notices)

@@ -130,7 +130,7 @@ def test_the_process_learns_from_two_lines_behind_a_router(swim: Dive, tmp_path:
             process.kill()
             process.wait()
     rate = np.linspace(-2.0, 2.0, 21)
-    off = np.abs(model.model().predict(rate).damping - 0.6 * rate - 1.6 * rate * np.abs(rate))
+    off = np.abs(model.model.predict(rate).damping - 0.6 * rate - 1.6 * rate * np.abs(rate))
     assert off.mean() < 0.8  # of 7.6 N m at 2 rad/s; the preset's filter is wide for a vehicle as quick as this one
 
 

@@ -123,6 +123,14 @@ def test_a_rudder_turns_the_wash_of_its_propeller() -> None:
     assert hearing.take([("prop", b"50.0", 0.2)])["torque"].value == pytest.approx([50.0 * np.sin(np.radians(10.0))])
 
 
+def test_what_was_measured_before_the_vehicle_was_armed_is_not_learned_when_it_comes_late() -> None:
+    hearing = mapping(yaw_rate={"topic": "r", "field": "v", "stamp": "t"}, armed={"topic": "state", "field": "on"})
+    said = [("state", {"on": 0}), ("r", {"t": 1.0, "v": 0.1}), ("state", {"on": 1})]
+    said += [("r", {"t": t, "v": 0.1}) for t in (0.5, 1.5)]
+    came = hearing.take([(key, json.dumps(message).encode(), 5.0) for key, message in said])["yaw_rate"]
+    assert (came.t.tolist(), came.learnable.tolist()) == ([1.0, 0.5, 1.5], [False, False, True])
+
+
 def test_a_voltage_that_nobody_tells_is_said() -> None:
     """A monitor that is not there says 65.5 V; a voltage that is configured is no guess."""
     thrusters = {"topic": "u", "command": "pwm", "each": [{"field": "w", "arm": 0.5}]}
@@ -139,6 +147,7 @@ def test_a_voltage_that_nobody_tells_is_said() -> None:
 
 @settings(max_examples=40)
 @example([("HEARTBEAT", 2.0**63)])
+@example([("PARAM_VALUE", 10**400)])
 @given(st.lists(st.tuples(st.sampled_from(("ATTITUDE", "SERVO_OUTPUT_RAW", "HEARTBEAT", "PARAM_VALUE")), ANYTHING)))
 def test_whatever_comes_nothing_is_raised(messages: list[tuple[str, Any]]) -> None:
     hearing = InputMapper(Inputs(preset="blueos"))

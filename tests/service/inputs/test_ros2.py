@@ -11,8 +11,9 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from zenoh.ext import Int64, z_deserialize
 
 from incsvr.errors import BadInput
-from service.inputs.bus_keys import matches, ros_type
+from service.inputs.bus_keys import matches
 from service.inputs.input_mapper import InputMapper
+from service.inputs.owners import ros_type
 from service.inputs.settings import Inputs
 from tests.service.conftest import PATIENCE
 from tests.service.inputs.conftest import Board

@@ -76,6 +76,18 @@ def test_a_unit_or_a_direction_that_cannot_be(sign: float, factor: float, doubt:
     assert any(doubt in sentence for sentence in doubts), doubts
 
 
+def test_a_clock_that_is_set_under_way_is_surveyed() -> None:
+    """The first message bears a stamp of zero, the next one's is since 1970: years between them are no time."""
+    places = {
+        name: {"topic": topic, "field": "v", "stamp": "t"} for name, topic in (("yaw_rate", "r"), ("torque", "n"))
+    }
+    survey = Survey(InputMapper(Inputs.model_validate(places)), LIMITS)
+    for k, (t, *values) in enumerate(zip(SWIM.time, SWIM.rate, SWIM.torque, strict=True)):
+        stamp, said = 0.0 if k == 0 else 1.7e9 + t, zip("rn", values, strict=True)
+        survey.take((key, json.dumps({"t": stamp, "v": v}).encode(), 1_000.0 + t) for key, v in said)
+    assert survey.summary()["inputs"]["yaw_rate"]["count"] == SWIM.time.size
+
+
 @pytest.fixture
 def bus() -> Iterator[tuple[str, zenoh.Session]]:
     endpoint = free_endpoint()

@@ -13,7 +13,7 @@ from incsvr.errors import BadInput
 from incsvr.plant import Thruster as Formula
 from incsvr.plant import thruster_torque
 from service.cli.command_line import main
-from service.inputs import ardusub_frames
+from service.inputs import ardusub
 from service.inputs.measured_streams import measure
 from service.inputs.settings import Axis, Inputs, Source, Thruster, Thrusters
 from service.inputs.table import Table
@@ -136,7 +136,7 @@ def test_the_measured_voltage_counts_and_a_missing_one_is_said() -> None:
 
 def test_a_frame_by_the_vehicles_parameters() -> None:
     told = {"FRAME_CONFIG": 1.0, "MOT_2_DIRECTION": -1.0, "SERVO7_FUNCTION": 34.0, "SERVO2_FUNCTION": 0.0}
-    found = ardusub_frames.thrusters(told, 1, lambda output: ("u", f"servo{output}_raw"))
+    found = ardusub.thrusters(told, 1, lambda output: ("u", f"servo{output}_raw"))
     assert [each.field for each in found] == ["servo1_raw", "servo7_raw", "servo3_raw", "servo4_raw"]
     assert [each.direction for each in found] == [1, -1, 1, 1]
     assert [each.arm for each in found] == [0.189, -0.189, -0.189, 0.189]

@@ -40,9 +40,9 @@ def test_outputs_that_never_come_are_named() -> None:
 
 def test_the_first_vehicle_that_is_armed_while_its_outputs_move_is_taken_and_stays() -> None:
     """Parameters count for the vehicle that sent them; what another process heard is kept by vehicle."""
-    idle = link.of(
-        1, [*link.parameters(MOT_1_DIRECTION=1.0), *link.swum(Dive(DIVE.time, -DIVE.rate, DIVE.command), IDLE)]
-    )
+    lights = [link.outputs(t, (1100, 1900), port=1) for t in DIVE.time]  # other pulses on the same fields do not move
+    swum = link.swum(Dive(DIVE.time, -DIVE.rate, DIVE.command), IDLE, armed_from=0.0)
+    idle = link.of(1, link.in_order(link.parameters(MOT_1_DIRECTION=1.0), swum, lights))
     moves = link.of(2, [*link.parameters(), *link.swum(DIVE, armed_from=0.0)])
     hearing = blueos()
     torque = heard(hearing, link.as_keys(link.in_order(idle, moves)))

@@ -13,7 +13,7 @@ from incsvr.signals import synchronise
 from service import wire
 from service.learner.node import LearnerNode
 from service.recordings import samples_from_recording
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from simulator import leng
 from tests.faults import with_faults
 from tests.service.conftest import PATIENCE, StartBench, configured
@@ -34,7 +34,7 @@ BLOCK = zenoh.CongestionControl.BLOCK
 def recording() -> Recording:
     run = leng.recording("T1", seed=11)
     part = (run.time >= 60.0) & (run.time < 64.0)
-    return Recording(run.name, run.time[part] - 60.0, {n: v[part] for n, v in run.columns.items()})
+    return from_table(run.name, run.time[part] - 60.0, {n: v[part] for n, v in run.columns.items()})
 
 
 def without_boot(snapshot: wire.ModelSnapshot) -> bytes:
@@ -49,7 +49,7 @@ def from_file(recording: Recording) -> list[bytes]:
         node.push(name, t, value)
     snapshots = []
     while (outcome := node.learn()) is not None:
-        snapshots.append(without_boot(outcome.snapshot))
+        snapshots.append(without_boot(outcome.served))
     assert len(snapshots) >= ITERATIONS
     return snapshots
 

@@ -1,10 +1,9 @@
-"""The features of a learner that docs/live.md lets work together, all at once in one learner on a real session."""
+"""The features that docs/configuration.md lets work together, all at once in one learner on a real session."""
 
 from __future__ import annotations
 
 import json
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from service.export.learned import of_snapshot
 from service.host.host import Host
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.stand_in import forecast_reply
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.recordings.recording_csv import write
 from tests.hidden import trim
 from tests.service.conftest import PATIENCE, configured, cut
@@ -55,7 +54,7 @@ def run() -> Recording:
     recording = whole_vehicle(910_000, 2000)
     columns = dict(recording.columns)
     coriolis = (COUPLED_MASS[1] - MASS[1]) * columns["surge"] * columns["sway"]
-    return replace(recording, columns={**columns, "torque": columns["torque"] - coriolis})
+    return from_table(recording.name, recording.time, {**columns, "torque": columns["torque"] - coriolis})
 
 
 def played(session: zenoh.Session, host: Host, recording: Recording) -> list[wire.IterationReport]:
@@ -104,11 +103,10 @@ def test_all_that_work_together_at_once(tmp_path: Path) -> None:
         assert all(each.name == "V" and np.isfinite(each.rmse) for each in reports[-1].validation)
         snapshot = node.latest()
         assert snapshot is not None
-        assert snapshot.over is not None
-        assert snapshot.over.inputs == ("yaw_rate", "surge", "sway")
+        assert snapshot.to_dict()["over"]["inputs"] == ["yaw_rate", "surge", "sway"]
         exported = json.loads(in_format(of_snapshot(snapshot, "a test"), "json")[0])
         assert [each["effect"] for each in exported["effects"]] == ["bias_torque"]
-        curve = snapshot.model().predict(exported["curve"]["rate"]).damping
+        curve = snapshot.model.predict(exported["curve"]["rate"]).damping
         np.testing.assert_allclose(exported["curve"]["damping"], curve)
         forecast = forecast_reply(node, wire.ForecastQuery(t=(0.0, 10.0), torque=(4.0, 4.0)))
         assert np.isfinite(forecast.rate).all()

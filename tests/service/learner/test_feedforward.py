@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ def asked(bench: Bench, plan: object) -> wire.FeedforwardReply:
 
 def test_it_is_inertia_and_damping_of_the_served_model(taught: Taught) -> None:
     served = taught.models[-1]
-    said = served.model().predict(np.array(PLAN["rate"]))
+    said = served.model.predict(np.array(PLAN["rate"]))
     found = asked(taught.bench, PLAN | {"acceleration": [0.01, 0.01, 0.0]})
     assert found.t == tuple(PLAN["t"])
     np.testing.assert_allclose(found.torque, 350.0 * np.array([0.01, 0.01, 0.0]) + said.damping)
@@ -43,7 +44,7 @@ def test_effects_in_force_are_in_it(start: StartBench, tmp_path: Path) -> None:
     bench = start(effects=tmp_path / "trace.json")
     models = bench.follow(bench.keys.model, wire.ModelSnapshot)
     bench.play(recording(3, 200.0))
-    model = [models.get(timeout=PATIENCE) for _ in range(6)][-1].model()
+    model = [models.get(timeout=PATIENCE) for _ in range(6)][-1].model
     found = asked(bench, PLAN)
     assert set(found.effects) >= {"torque_lag", "bias_torque"}
     np.testing.assert_allclose(found.effects["bias_torque"], -BIAS, atol=0.5)
@@ -76,7 +77,7 @@ def test_in_a_body_the_torque_of_a_measured_motion_is_the_measured_one() -> None
     assert np.std(error) < 0.4 * np.std(error - found.body_part)
     assert not any("held" in sentence for sentence in found.told)
     # What is not planned is held as it was measured last, and refused once it is no more measured.
-    held = feedforward_reply(node, plan.model_copy(update={"channels": {"sway": others["sway"]}}), {})
+    held = feedforward_reply(node, replace(plan, channels={"sway": others["sway"]}), {})
     assert f"surge is not planned: it is held at {run.columns['surge'][last - 1]:.3g}, as last measured" in held.told
     node.push("torque", run.time[last - 1 :][:1] + 11.0, np.zeros(1))
     with pytest.raises(BadInput, match="surge is neither planned nor has it arrived for 10 s"):

@@ -161,5 +161,5 @@ def test_after_all_that_it_learns_what_it_would_have_learned_anyway(bench: Bench
             part = (t >= first) & (t < last)
             node.push(name, t[part], value[part])
         outcome = node.learn()
-        expected = outcome.snapshot if outcome is not None else expected
+        expected = outcome.served if outcome is not None else expected
     assert found == expected

@@ -15,7 +15,7 @@ import zenoh
 from incsvr.errors import BadInput
 from service import wire
 from service.config.sources import read
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.wire import DampingReply
 from tests import worlds
 from tests.planar import planar
@@ -64,12 +64,12 @@ def test_a_process_learns_over_three_answers_for_two_and_comes_back_after_kill_9
         send(session, run, 0.0, 140.0)
         for _ in range(4):
             snapshot = next_model(models)
-        assert snapshot.over is not None
-        assert snapshot.over.inputs == INPUTS
-        assert set(snapshot.support.others) == set(snapshot.over.trained_ranges) == {"surge", "sway"}
+        over = snapshot.to_dict()["over"]
+        assert over["inputs"] == list(INPUTS)
+        assert set(snapshot.support.others) == set(over["trained_ranges"]) == {"surge", "sway"}
         answer = asked(session, question)
         points = np.array([[0.1, 0.4, 0.05], [-0.1, 0.4, -0.05]])
-        expected = snapshot.model().over(points)
+        expected = snapshot.model.over(points)
         assert answer.damping == tuple(expected.damping)
         # The learner's BLAS has one thread and this process's two: a triangular solution is rounded otherwise.
         assert answer.sigma == pytest.approx(tuple(expected.sigma), rel=1e-12)
@@ -135,7 +135,7 @@ def test_samples_wait_for_the_further_velocities_and_what_lacks_one_is_counted(
 ) -> None:
     bench = start(**told())
     columns = {name: values for name, values in run.columns.items() if name != "sway"}
-    bench.play(Recording(run.name, run.time, columns))
+    bench.play(from_table(run.name, run.time, columns))
     health = bench.health_when(lambda said: said.counters.get("rejected:no_sway", 0) > 50)
     assert health.counters["iterations"] == 0
 

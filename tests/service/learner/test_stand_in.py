@@ -25,7 +25,7 @@ from service.config.configuration import Config
 from service.config.traced_effects import configured_effects
 from service.learner.node import LearnerNode
 from service.learner.stand_in import estimate, forecast_reply
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from simulator import leng
 from tests import worlds
 from tests.hidden import recording as hidden
@@ -126,7 +126,7 @@ def test_while_the_checks_pause_learning_it_goes_on_from_what_they_believed() ->
     whole = run()
     columns = {name: values.copy() for name, values in whole.columns.items()}
     columns["yaw_rate"][(whole.time >= LOST) & ~np.isnan(columns["yaw_rate"])] = 0.2  # it is stuck
-    streams = Recording("stuck", whole.time, columns).streams()
+    streams = from_table("stuck", whole.time, columns).streams()
     node, until = LearnerNode(configured(), boot=""), 0.0
     while node.current_warnings.paused is None:
         assert until < 400.0

@@ -17,7 +17,7 @@ from service.cli.command_line import main
 from service.config.sources import read
 from service.learner.node import LearnerNode
 from service.recordings.reading import read as read_csv
-from service.recordings.recording import from_streams
+from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from tests.service.conftest import PATIENCE, StartBench
 
@@ -90,7 +90,7 @@ def sailed(path: Path, name: str, kind: str, seed: int, hertz: float, seconds: f
     gyro, command = (t[:: round(1.0 / (STEP_S * each))] for each in (hertz, min(hertz, 25.0)))
     measured = np.interp(gyro, t, rates) + rng.normal(0.0, plant.noise, gyro.size)
     sent = torque[:: round(1.0 / (STEP_S * min(hertz, 25.0)))]
-    write(path, from_streams(path.name, {"yaw_rate": (gyro, measured), "torque": (command, sent)}))
+    write(path, Recording(path.name, {"yaw_rate": (gyro, measured), "torque": (command, sent)}))
     return path
 
 

@@ -7,7 +7,7 @@ import pytest
 from benchmarks.live_watch import watch
 from incsvr.numerics import root_mean_square as rms
 from service.config.configuration import Config
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from tests import worlds
 from tests.planar import planar
 from tests.service.conftest import configured, cut
@@ -23,7 +23,7 @@ def weak_in_reverse() -> Recording:
     columns = {name: values.copy() for name, values in run.columns.items()}
     torque = columns["torque"]
     torque[torque < 0.0] /= REVERSE_EFFICIENCY
-    return Recording(run.name, run.time, columns)
+    return from_table(run.name, run.time, columns)
 
 
 def over(*inputs: str) -> Config:

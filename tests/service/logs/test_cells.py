@@ -14,7 +14,7 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import YAW
 from service.inputs.marks import without_marks
 from service.recordings.reading import Reading
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.recordings.samples_from_recording import signals_for
 from tests.service.logs.dive import dive, read
 
@@ -142,7 +142,7 @@ def test_rows_of_one_topic_after_another_are_sorted(tmp_path: Path) -> None:
 def test_a_pause_does_not_thin_the_samples() -> None:
     def recording(pause: float) -> Recording:
         time = DIVE.time + pause * (DIVE.time > SUMMER_ENDS_S)
-        return Recording("run", time, {"yaw_rate": DIVE.rate, "torque": DIVE.torque})
+        return from_table("run", time, {"yaw_rate": DIVE.rate, "torque": DIVE.torque})
 
     periods = [signals_for([recording(pause)], 0.6, YAW.fastest).sample_period for pause in (0.0, 120.0, 36_000.0)]
     np.testing.assert_allclose(periods, periods[0], rtol=0.01)

@@ -12,7 +12,7 @@ from service.cli.command_line import main
 from service.logs.cutting import Cut, EmptyCut, instant, since_1970
 from service.recordings.archive_reader import ArchiveReader
 from service.recordings.reading import read
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.recordings.recording_csv import write
 from tests.service import link
 from tests.service.logs.dive import BOOT, dive, refused
@@ -31,7 +31,7 @@ def own(tmp_path: Path) -> Path:
     armed = np.full(DIVE.time.size, np.nan)
     armed[0] = 1.0
     path = tmp_path / "own.csv"
-    write(path, Recording("own", DIVE.time, {"yaw_rate": rate, "torque": DIVE.torque, "armed": armed}))
+    write(path, from_table("own", DIVE.time, {"yaw_rate": rate, "torque": DIVE.torque, "armed": armed}))
     return path
 
 

@@ -20,7 +20,7 @@ from service.recordings import archive, samples_from_recording
 from service.recordings.archive import Archive
 from service.recordings.archive_reader import ArchiveReader, is_archive
 from service.recordings.reading import Reading
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from simulator import leng
 from tests.faults import with_faults
 from tests.service.conftest import PATIENCE, StartBench, configured
@@ -37,7 +37,7 @@ JUNK = (b"{}", b"no JSON", b'{"t": 1.0, "value": "high"}')
 def run() -> Recording:
     whole = leng.recording("T1", seed=12)
     part = (whole.time >= 60.0) & (whole.time < 64.0)
-    return Recording(whole.name, whole.time[part] - 60.0, {n: v[part] for n, v in whole.columns.items()})
+    return from_table(whole.name, whole.time[part] - 60.0, {n: v[part] for n, v in whole.columns.items()})
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from service.config.sources import read as read_config
 from service.inputs.settings import Inputs
 from service.logs.reading import LogDescription
 from service.recordings.reading import Reading
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.recordings.recording_csv import write
 from tests.incsvr.test_coriolis import STEP, wandering
 
@@ -40,7 +40,7 @@ def vehicle(seed: int, count: int = 1500) -> Recording:
     time: Array = STEP * np.arange(count, dtype=np.float64)
     still = np.zeros(count)
     values = (surge, sway + random.normal(0.0, 0.002, count), turn, still, still, force, 5.0 * turn)
-    return Recording(f"vehicle_{seed}.csv", time, dict(zip(NAMES, values, strict=True)))
+    return from_table(f"vehicle_{seed}.csv", time, dict(zip(NAMES, values, strict=True)))
 
 
 @pytest.fixture(scope="module")
@@ -54,8 +54,8 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 def test_a_log_of_an_axis_keeps_the_names_of_the_body(tmp_path: Path) -> None:
     """Under names of others, of which a person says four: nothing is called as yaw, and nothing is lost."""
     whole, path = vehicle(3, 300), tmp_path / "log.csv"
-    renamed = {f"{name}_logged": values for name, values in whole.columns.items()}
-    write(path, replace(whole, columns=renamed))
+    renamed = {f"{name}_logged": stream for name, stream in whole.own_streams.items()}
+    write(path, replace(whole, own_streams=renamed))
     said = ("sway", "sway_force", "yaw_rate", "heading")
     columns = tuple(f"{name}={name}_logged" for name in said)
     found = Reading(LogDescription(columns, Inputs()), axis=AXES["sway"], learns=False).of_one(path)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from incsvr.numerics import Array, Streams
 from service.cli.command_line import main
-from service.recordings.recording import from_streams
+from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from service.recordings.samples_from_recording import remarks_of, signals_for
 
@@ -51,7 +51,7 @@ def sent_together(time: ArrayLike, period: float) -> Array:
 
 
 def said(streams: Streams) -> list[str]:
-    recording = from_streams("dive.csv", streams)
+    recording = Recording("dive.csv", streams)
     return remarks_of(recording, signals_for([recording], INERTIA, 6.0).smoothing)
 
 
@@ -84,11 +84,11 @@ def test_fit_and_trace_refuse_a_yaw_rate_in_bursts_and_tell_a_clock(
     streams: Streams, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     time, rate = streams["yaw_rate"]
-    write(tmp_path / "bursts.csv", from_streams("b", {**streams, "yaw_rate": (sent_together(time, 0.5), rate)}))
+    write(tmp_path / "bursts.csv", Recording("b", {**streams, "yaw_rate": (sent_together(time, 0.5), rate)}))
     for command in ("fit", "trace"):
         assert main([command, str(tmp_path / "bursts.csv"), "--inertia", "20"]) == 2
         assert "the yaw rate arrives in bursts 0.49 s apart" in capsys.readouterr().err
     time, torque = streams["torque"]
-    write(tmp_path / "steps.csv", from_streams("s", {**streams, "torque": (time + 0.5 * (time > HALF), torque)}))
+    write(tmp_path / "steps.csv", Recording("s", {**streams, "torque": (time + 0.5 * (time > HALF), torque)}))
     assert main(["fit", str(tmp_path / "steps.csv"), "--inertia", "20"]) == 0
     assert "the clock of one stream steps between" in capsys.readouterr().out

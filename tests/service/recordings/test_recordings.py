@@ -14,7 +14,7 @@ from incsvr.errors import BadInput
 from incsvr.signals import RUN_PAUSE_S, SignalSettings, synchronise
 from service.config.configuration import Config
 from service.recordings.reading import Reading, read
-from service.recordings.recording import Recording, from_streams, sequence
+from service.recordings.recording import Recording, from_table, sequence
 from service.recordings.recording_csv import write
 from service.recordings.validation import read_validation
 from simulator import leng
@@ -50,7 +50,7 @@ def test_what_is_written_is_read_to_the_last_bit(times: list[float], data: st.Da
         name: np.array([0.0, *data.draw(st.lists(cell, min_size=len(times) - 1, max_size=len(times) - 1))])
         for name in ("yaw_rate", "torque", "depth")
     }
-    run = Recording("run.csv", np.array(sorted(times)), columns)
+    run = from_table("run.csv", np.array(sorted(times)), columns)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.csv"
         write(path, run)
@@ -131,8 +131,8 @@ def test_what_is_no_file_or_no_text_is_named(tmp_path: Path) -> None:
 
 def test_no_sample_reaches_across_two_runs() -> None:
     time = np.arange(0.0, 10.0, 0.05, dtype=np.float64)
-    run = from_streams("run", {"yaw_rate": (time, np.full(200, 0.1)), "torque": (time + 0.01, np.full(200, 40.0))})
-    other = from_streams("other", {**run.streams(), "depth": (time, time)})
+    run = Recording("run", {"yaw_rate": (time, np.full(200, 0.1)), "torque": (time + 0.01, np.full(200, 40.0))})
+    other = Recording("other", {**run.streams(), "depth": (time, time)})
     joined = sequence([run, other])
     assert joined.channels == ("depth",)
     assert (np.diff(joined.time) > 0.0).all()

@@ -13,16 +13,15 @@ import numpy as np
 import pytest
 
 from service import wire
-from service.learner.prepared_iteration import CommittedIteration
 from service.state.history import NotKept
 from service.state.state_file import StateFile
 from service.state.store import Store
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured, teach
-from tests.service.state.conftest import save
+from tests.service.state.conftest import Saved, save
 
 
 @pytest.fixture
-def state(tmp_path: Path, outcomes: list[CommittedIteration]) -> Path:
+def state(tmp_path: Path, outcomes: list[Saved]) -> Path:
     """The file of a learner that published three revisions and was killed."""
     store = Store(tmp_path, configured())
     for outcome in outcomes:
@@ -32,7 +31,7 @@ def state(tmp_path: Path, outcomes: list[CommittedIteration]) -> Path:
 
 
 def test_after_any_flipped_bit_what_is_read_is_what_was_written_or_it_is_said(
-    tmp_path: Path, state: Path, outcomes: list[CommittedIteration]
+    tmp_path: Path, state: Path, outcomes: list[Saved]
 ) -> None:
     whole = state.read_bytes()
     random = np.random.default_rng(1)
@@ -52,7 +51,7 @@ def test_after_any_flipped_bit_what_is_read_is_what_was_written_or_it_is_said(
                         found = store.history.revision(outcome.snapshot.revision)
                         assert found.snapshot == wire.encode(outcome.snapshot)
                         assert found.report == wire.encode(outcome.report)
-                        assert store.history.at(outcome.snapshot.t) == found
+                        assert store.history.at(outcome.snapshot.t or 0.0) == found
                     except NotKept:
                         assert store.notices
             told += bool(store.notices)
@@ -107,7 +106,7 @@ def changed(statement: str) -> Callable[[Path], None]:
     ],
 )
 def test_what_is_lost_or_damaged_is_said_and_the_learner_begins_anew(
-    tmp_path: Path, state: Path, damage: Callable[[Path], object], said: str, outcomes: list[CommittedIteration]
+    tmp_path: Path, state: Path, damage: Callable[[Path], object], said: str, outcomes: list[Saved]
 ) -> None:
     damage(state)
     left = state.read_bytes() if said == "damaged" else None
@@ -125,9 +124,7 @@ def test_what_is_lost_or_damaged_is_said_and_the_learner_begins_anew(
     again.close()
 
 
-def test_a_changed_row_of_the_history_is_not_answered(
-    tmp_path: Path, state: Path, outcomes: list[CommittedIteration]
-) -> None:
+def test_a_changed_row_of_the_history_is_not_answered(tmp_path: Path, state: Path, outcomes: list[Saved]) -> None:
     changed("UPDATE history SET t = t + 1e6 WHERE revision = 2")(state)
     changed("DELETE FROM history WHERE revision = 1")(state)
     store = Store(tmp_path, configured())
@@ -136,20 +133,18 @@ def test_a_changed_row_of_the_history_is_not_answered(
         with pytest.raises(NotKept):
             store.history.revision(revision)
     with pytest.raises(NotKept):
-        store.history.at(outcomes[1].snapshot.t)
+        store.history.at(outcomes[1].snapshot.t or 0.0)
     assert store.history.reports(0, 10, 10**9) == [wire.encode(outcomes[2].report)]
     assert {"revision 1 is damaged in the history", "revision 2 is damaged in the history"} <= set(store.notices)
     store.close()
 
 
-def test_a_missing_row_is_not_answered_with_an_older_one(
-    tmp_path: Path, state: Path, outcomes: list[CommittedIteration]
-) -> None:
+def test_a_missing_row_is_not_answered_with_an_older_one(tmp_path: Path, state: Path, outcomes: list[Saved]) -> None:
     changed("DELETE FROM history WHERE revision = 2")(state)
     store = Store(tmp_path, configured())
     with pytest.raises(NotKept, match="revisions after 1 are lost"):
-        store.history.at(outcomes[1].snapshot.t)
-    assert store.history.at(outcomes[2].snapshot.t).revision == 3
+        store.history.at(outcomes[1].snapshot.t or 0.0)
+    assert store.history.at(outcomes[2].snapshot.t or 0.0).revision == 3
     store.close()
 
 
@@ -158,18 +153,18 @@ def test_a_missing_row_is_not_answered_with_an_older_one(
     [
         ({"revision": -5}, "revision is -5"),
         ({"covered": [None]}, "covered"),
-        ({"t": "soon"}, "could not convert"),
+        ({"t": "soon"}, "t: give a finite number"),
         ({"learner": {}}, "no"),
         ({"weight": 1e6}, "weight beyond C"),
         ({"weight": None}, "no number"),
         ({"gamma": 11.0}, "other settings"),
-        ({"iterations": 1.5}, "iterations is 1.5"),
+        ({"iterations": 1.5}, "iterations: give a whole number, not 1.5"),
         ({"form": 99}, "of this version"),
     ],
     ids=lambda value: "-".join(value) if isinstance(value, dict) else None,
 )
 def test_what_no_learner_can_have_written_is_not_taken_up(
-    tmp_path: Path, start: StartBench, outcomes: list[CommittedIteration], part: dict[str, Any], said: str
+    tmp_path: Path, start: StartBench, outcomes: list[Saved], part: dict[str, Any], said: str
 ) -> None:
     memory: dict[str, Any] = json.loads(json.dumps(outcomes[0].memory))
     for name, value in part.items():
@@ -190,7 +185,7 @@ def test_what_no_learner_can_have_written_is_not_taken_up(
 
 
 def test_after_a_start_with_wrong_settings_the_state_that_fits_comes_back(
-    tmp_path: Path, state: Path, outcomes: list[CommittedIteration]
+    tmp_path: Path, state: Path, outcomes: list[Saved]
 ) -> None:
     Store(tmp_path, configured(vehicle__inertia=360.0)).close()
     wrong = Store(tmp_path, configured(vehicle__inertia=360.0))

@@ -14,19 +14,18 @@ from incsvr.errors import BadInput
 from service import wire
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
-from service.learner.prepared_iteration import CommittedIteration
-from service.recordings.recording import Recording
+from service.recordings.recording import Recording, from_table
 from service.state.history import NotKept
 from service.state.store import Store
 from service.wire import encode
 from simulator import leng
 from tests.service.conftest import PATIENCE, StartBench, configured, cut
-from tests.service.state.conftest import save
+from tests.service.state.conftest import Saved, save
 
 MANY = 10**9
 
 
-def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[CommittedIteration]) -> None:
+def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[Saved]) -> None:
     store = Store(tmp_path, configured())
     assert store.memory is None
     for outcome in outcomes:
@@ -36,7 +35,7 @@ def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[CommittedI
     assert again.notices == ()
     assert again.memory == outcomes[-1].memory
     assert again.history.revision(2).snapshot == encode(outcomes[1].snapshot)
-    assert again.history.at(outcomes[1].snapshot.t + 0.1) == again.history.revision(2)
+    assert again.history.at((outcomes[1].snapshot.t or 0.0) + 0.1) == again.history.revision(2)
     with pytest.raises(NotKept, match="no model is kept"):
         again.history.at(-1.0)
     assert again.history.reports(0, 10, MANY) == [encode(outcome.report) for outcome in outcomes]
@@ -44,7 +43,7 @@ def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[CommittedI
     again.close()
 
 
-def test_a_learner_that_takes_up_its_memory_goes_on_to_the_bit(outcomes: list[CommittedIteration]) -> None:
+def test_a_learner_that_takes_up_its_memory_goes_on_to_the_bit(outcomes: list[Saved]) -> None:
     config = configured()
     streams = leng.recording("T1", seed=2).streams()
     node = LearnerNode(config, boot="b")
@@ -56,7 +55,7 @@ def test_a_learner_that_takes_up_its_memory_goes_on_to_the_bit(outcomes: list[Co
             part = (t >= start) & (t < min(start + 7, 100))
             node.push(name, t[part], value[part])
         while (outcome := node.learn()) is not None:
-            snapshots.append(outcome.snapshot)
+            snapshots.append(outcome.served)
     assert snapshots == [outcome.snapshot for outcome in outcomes]
 
 
@@ -87,7 +86,7 @@ def test_under_other_signal_settings_the_streams_begin_anew() -> None:
     ],
 )
 def test_another_vehicles_state_is_set_aside(
-    tmp_path: Path, outcomes: list[CommittedIteration], change: dict[str, Any], names: str
+    tmp_path: Path, outcomes: list[Saved], change: dict[str, Any], names: str
 ) -> None:
     store = Store(tmp_path, configured())
     save(store, outcomes[0])
@@ -124,7 +123,7 @@ def test_a_state_of_the_other_policy_goes_on(
     assert remark in second.health().reasons
     assert not [each for each in caplog.records if each.levelno >= logging.WARNING]
     late = run.time >= 70.0
-    second.play(Recording(run.name, run.time[late], {name: values[late] for name, values in run.columns.items()}))
+    second.play(from_table(run.name, run.time[late], {name: values[late] for name, values in run.columns.items()}))
     assert models.get(timeout=PATIENCE).revision == 3
     assert second.get(f"{second.keys.model}?revision=1")[0] is not None
 
@@ -148,7 +147,7 @@ def test_a_state_is_one_learners_until_it_ends(tmp_path: Path) -> None:
 
 
 def test_where_effects_change_while_it_learns_the_memory_says_with_which_it_was_learned(
-    tmp_path: Path, outcomes: list[CommittedIteration]
+    tmp_path: Path, outcomes: list[Saved]
 ) -> None:
     plain = Store(tmp_path, configured())
     save(plain, outcomes[0])
@@ -167,7 +166,7 @@ def test_where_effects_change_while_it_learns_the_memory_says_with_which_it_was_
 
 
 def test_a_state_learned_with_the_effects_of_a_file_is_none_for_effects_that_change(
-    tmp_path: Path, outcomes: list[CommittedIteration]
+    tmp_path: Path, outcomes: list[Saved]
 ) -> None:
     filed = Store(tmp_path, configured(), "torque_lag (1234)")
     save(filed, outcomes[0])

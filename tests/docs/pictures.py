@@ -23,8 +23,8 @@ from incsvr.errors import BadInput
 from incsvr.forecasting.over_recordings import FitPictures
 from incsvr.numerics import Array
 from service.bus.session import free_endpoint
-from viewer.report.drawing import AFTER, BEFORE, MEASURED, STYLE
-from viewer.screen import Screen
+from tests.viewer.screen import on_screen
+from viewer.drawing import AFTER, BEFORE, MEASURED, STYLE
 
 ITERATION = 15
 """The iteration whose page Learning is drawn: the cover has just been mounted."""
@@ -48,7 +48,7 @@ def main(recording: Path, folder: Path) -> int:
     try:
         if not recording.is_file():
             raise BadInput(f"{recording}: there is no such recording; `make demo` makes one")
-        with Screen(recording) as screen:
+        with on_screen(recording) as screen:
             screen.show("Learning", ITERATION)
             screen.save(folder / f"iteration-{ITERATION:02d}.png")
             screen.show("Before and after")
@@ -167,7 +167,7 @@ def draw_page(picture: Path) -> None:
             stack.callback(process.wait)
             stack.callback(process.terminate)
         _wait(page)
-        flags = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--virtual-time-budget=1500")
+        flags = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars")
         command = [browser, *flags, f"--user-data-dir={folder}/browser", f"--window-size={PAGE_SIZE}"]
         subprocess.run([*command, f"--screenshot={picture}", page], check=True, stderr=subprocess.DEVNULL)
 

@@ -1,10 +1,11 @@
-"""How the report draws: colours, fonts and the way to SVG, and samples in bins."""
+"""How results are drawn: colours, fonts and the way to SVG, lines over time, and samples in bins."""
 
 from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array
+from incsvr.plant.axes import Axis
+from incsvr.plant.words import words_of
 
 # Okabe and Ito's palette: told apart by colour-blind readers, and in grey by lightness.
-BEFORE, AFTER, MEASURED = "#d55e00", "#0072b2", "#222222"
+BEFORE, AFTER, MEASURED, BEHIND = "#d55e00", "#0072b2", "#222222", "#b4bdc7"
 PARTS = ("#0072b2", "#009e73", "#d55e00", "#cc79a7", "#8a6d00", "#56b4e9", "#555555", "#e69f00")
 STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
@@ -81,24 +84,61 @@ def driven(rate: Array, samples: Array) -> NDArray[np.bool_]:
     return np.asarray(nearest <= MAX_SAMPLE_DISTANCE_SHARE * float(np.ptp(ordered)))
 
 
-def line(axes: Axes, x: Array, y: Array, **style: Any) -> None:
-    """A line, thinned to what can be seen."""
-    every = max(1, x.size // MAX_LINE_POINTS)
-    axes.plot(x[::every], y[::every], **style)
-
-
 def dots(axes: Axes, x: Array, y: Array, **style: Any) -> None:
     """Samples, thinned to what can be seen."""
     every = max(1, -(-x.size // MAX_DOTS))
     axes.plot(x[::every], y[::every], ".", **style)
 
 
-def over_time(figure: Figure, axes: Axes, label: str) -> None:
-    """The labels and the legend of lines over time."""
+@dataclass(frozen=True, slots=True)
+class Line:
+    """Values (n,) over time (n,) [s]; without a label it is not in the legend."""
+
+    label: str | None
+    time: Array
+    value: Array
+    colour: str = MEASURED
+    style: str = "-"
+    width: float = 1.1
+
+
+def over_time(figure: Figure, lines: Sequence[Line], label: str) -> None:
+    """Lines over time, thinned to what can be seen, with a legend above them; `label` names the values."""
+    axes = figure.subplots()
+    for each in lines:
+        every = max(1, each.time.size // MAX_LINE_POINTS)
+        (drawn,) = axes.plot(each.time[::every], each.value[::every], each.style, color=each.colour, label=each.label)
+        drawn.set_linewidth(each.width)
     axes.set_ylabel(label)
     axes.set_xlabel("time t [s]")
     axes.margins(x=0.01)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=3)
+
+
+def run_chart(lines: Sequence[Line], label: str) -> str:
+    """A chart of lines over time."""
+    return svg(lambda figure: over_time(figure, lines, label), 4.7, 2.5)
+
+
+def rate_label(axis: Axis) -> str:
+    """The rate of an axis with letter and unit: yaw rate r [rad/s]."""
+    return words_of(axis).fill("{rate} {symbol} [{rate_unit}]")
+
+
+def simulated_chart(axis: Axis, time: Array, measured: Array, simulated: Array, seconds: float) -> str:
+    """A chart of the first `seconds` of a free run over what was measured, which a good model's line covers."""
+    here = time <= time[0] + seconds
+    lines = (
+        Line("measured", time[here], measured[here], BEHIND, width=3.0),
+        Line("simulated", time[here], simulated[here], AFTER, width=1.5),
+    )
+    return run_chart(lines, rate_label(axis))
+
+
+def longest(times: Sequence[Array], pieces: int = 4) -> list[int]:
+    """The longest pieces of more than one sample, in their order of time."""
+    found = sorted(range(len(times)), key=lambda k: -times[k].size)[:pieces]
+    return sorted((k for k in found if times[k].size > 1), key=lambda k: float(times[k][0]))
 
 
 def svg(draw: Callable[[Figure], None], width: float, height: float) -> str:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,7 @@ from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.driven_motion import WINDOW_SAMPLES, Recent
 from incsvr.learning.learner import Settings, State
 from incsvr.learning.model import Model
-from incsvr.numerics import Array
-from incsvr.numerics.plain import from_plain, to_plain
+from incsvr.numerics.plain import UNLESS_EMPTY, from_plain, to_plain
 from incsvr.signals.samples import Samples
 
 MAX_COUNT = 2**53
@@ -27,61 +25,53 @@ WEIGHT_ROUNDING_PART = 1e-6
 """The part of its bound by which a weight may be beyond it: what the solver's arithmetic leaves."""
 
 
-@dataclass(frozen=True, slots=True)
-class RestoredMemory:
-    """The memory that a learner continues.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Memory(Guarded):
+    """What a learner keeps over a restart, beside what it has learned and what the checks remember."""
 
-    Attributes:
-        guarded: what it has learned, and what the checks remember.
-        covered: (bins,) when each bin of the rate range was covered last [s], −∞ where it never was.
-        revision: what was published last.
-        t: the vehicle's time of the newest sample in it [s].
-        on_the_way: the samples on their way to the next batch, as plain data.
-        remark: a sentence where another policy's memory goes on under this one.
-    """
-
-    guarded: Guarded
-    covered: Array
-    revision: int = 0
-    t: float | None = None
-    on_the_way: Mapping[str, Any] | None = None
-    remark: str | None = None
+    revision: int  # what was published last
+    covered: tuple[float | None, ...]  # (bins,) when each bin of the rate range was covered last [s]; None: never
+    t: float | None  # the vehicle's time of the newest sample [s]
+    thrust: Any = field(default=None, metadata=UNLESS_EMPTY)  # what the watch over the thrust knows
+    # at its end: the samples on their way to the next batch, and how right forecasts were
+    on_the_way: Any = field(default=None, metadata=UNLESS_EMPTY)
+    forecast: Any = field(default=None, metadata=UNLESS_EMPTY)
 
 
-def restore(memory: Mapping[str, Any] | None, settings: Settings) -> RestoredMemory:
+def restore(memory: Mapping[str, Any] | None, settings: Settings) -> tuple[Memory, tuple[str, ...]]:
     """Reads what `LearnerNode.memory` gave; None begins anew.
+
+    Returns:
+        the memory, and remarks where another policy's goes on under this one.
 
     Raises:
         Exception: of any kind, where it is not what a learner under these settings can have written.
     """
     if memory is None:
-        return RestoredMemory(guard.begin(settings), np.full(settings.bins, -math.inf))
-    guarded = from_plain(Guarded, memory)
-    policy, before = guarded.learner.policy, guarded.before
-    state = learner.under_policy(settings, guarded.learner)
-    guarded = replace(guarded, learner=state, before=None if before is None else learner.under_policy(settings, before))
-    for name, number in (("revision", memory["revision"]), ("iterations", state.iterations)):
-        if type(number) is not int or not 0 <= number < MAX_COUNT:
+        fresh = guard.begin(settings)
+        return Memory(fresh.learner, fresh.checks, revision=0, covered=(None,) * settings.bins, t=None), ()
+    known = from_plain(Memory, memory)
+    policy, before = known.learner.policy, known.before
+    state = learner.under_policy(settings, known.learner)
+    before = None if before is None else learner.under_policy(settings, before)
+    known = replace(known, learner=state, before=before)
+    for name, number in (("revision", known.revision), ("iterations", state.iterations)):
+        if not 0 <= number < MAX_COUNT:
             raise BadInput(f"its {name} is {number!r}, which is no count")
-    _check_model(state.model, settings)
-    if guarded.before is not None:
-        _check_model(guarded.before.model, settings)
+    for each in (state, before):
+        if each is not None:
+            _check_model(each.model, settings)
     if min(astuple(state.water)) < 0.0 or state.recent.yaw_rate.size >= WINDOW_SAMPLES:
         raise BadInput("its record of what moves the vehicle is invalid")
-    json.dumps(to_plain(guarded), allow_nan=False)
-    covered = np.array([-math.inf if t is None else float(t) for t in memory["covered"]])
-    if covered.size != settings.bins or np.isnan(covered).any():
+    json.dumps(to_plain(Guarded(state, known.checks, before)), allow_nan=False)
+    if len(known.covered) != settings.bins:
         raise BadInput("its covered rates are not those of the configured bins")
-    t = None if memory["t"] is None else float(memory["t"])
-    if t is not None and not math.isfinite(t):
-        raise BadInput(f"its newest sample is of the time {t}")
     _check_next_iteration(state, settings)
-    remark = (
-        f"revision {memory['revision']} was learned with policy {policy}; its {len(state.memory.served)} vectors are "
-        f"samples of policy {settings.policy} from now on"
-    )
-    return RestoredMemory(
-        guarded, covered, memory["revision"], t, memory.get("on_the_way"), remark if policy != settings.policy else None
+    if policy == settings.policy:
+        return known, ()
+    return known, (
+        f"revision {known.revision} was learned with policy {policy}; its {len(state.memory.served)} vectors are "
+        f"samples of policy {settings.policy} from now on",
     )
 
 

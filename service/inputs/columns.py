@@ -1,13 +1,14 @@
-"""Tables of others: which columns are the time, the yaw rate and the torque, by the names that people give them."""
+"""Tables, and what the learner hears on its own keys: which columns are which quantity, by their names."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
 
-from service.inputs.presets.proposal import Observation, Proposal, first
-from service.inputs.settings import Inputs, Source, StampedBy, StampUnit
-from service.inputs.table import ROWS, Topic
+from incsvr.plant.axes import YAW
+from service.inputs.proposal import NOTHING_FOUND, Observation, Proposal
+from service.inputs.settings import Armed, Inputs, Source, StampedBy
+from service.inputs.table import ROWS, StampUnit, Topic
 from service.inputs.units import FACTORS, unit
 
 _TIMES = ("t", "time", "timestamp", "stamp", "time_s", "date", "datetime", "utc", "header_stamp", "timeus")
@@ -30,9 +31,58 @@ _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\])]+)[\])]\s*$")
 _SUFFIXES = ("degps", "dps", "radps", "mradps", "deg_s", "rad_s", "nm", "ms", "us", "ns")
 
 
-def proposal(observed: Observation) -> Proposal | None:
+def own(observed: Observation) -> Proposal | None:
+    """The mapping of a recording, or of a log of the learner's keys; None where it is neither."""
+    tables, axis = [topic for topic in observed.topics if topic.name == ROWS], observed.axis
+    table = _with(tables, "t", axis.rate, axis.effort) or _with(tables, "t", YAW.rate, YAW.effort)
+    if table is not None:
+        sources = {name: Source(topic=ROWS, field=name, stamp="t") for name in table.fields if name != "t"}
+        armed = Armed(topic=ROWS, field="armed", stamp="t") if sources.pop("armed", None) else None
+        rate, torque = _own_source(observed, table, axis.rate, 2), _own_source(observed, table, axis.effort, 3)
+        taken = {name: each for name, each in ((axis.rate, rate), (axis.effort, torque)) if each is not None}
+        fields = {each.field for each in taken.values()}
+        others = {name: each for name, each in sources.items() if name not in taken and name not in fields}
+        reasons = {
+            name: (f"{name} is the column {each.field!r}, because the values of {name!r} do not move",)
+            for name, each in taken.items()
+            if each.field != name
+        }
+        inputs = Inputs(preset="incsvr", yaw_rate=rate, torque=torque, channels=others, armed=armed)
+        return Proposal(inputs, reasons=reasons)
+    keys = {topic.name: topic for topic in observed.topics if {"t", "value"} <= set(topic.fields)}
+    prefix = next((name.removesuffix("/rate") for name in keys if name.endswith("/rate")), None)
+    if prefix is None:
+        return None
+
+    def source(key: str) -> Source | None:
+        return Source(topic=key, field="value", stamp="t", form="incsvr") if key in keys else None
+
+    begin = f"{prefix}/channel/"
+    channels = {name.removeprefix(begin): source(name) for name in keys if name.startswith(begin)}
+    torque_key = source(f"{prefix}/torque")
+    inputs = Inputs(
+        preset="incsvr",
+        yaw_rate=source(f"{prefix}/rate"),
+        torque=torque_key,
+        channels={name: each for name, each in channels.items() if each is not None},
+    )
+    if torque_key is None:
+        return Proposal(inputs, missing={"torque": NOTHING_FOUND["torque"]}, unseen=frozenset({"torque"}))
+    return Proposal(inputs)
+
+
+def _own_source(observed: Observation, table: Topic, name: str, poor: int) -> Source | None:
+    """The column of that name, or one that moves where that one's rank is as poor as `poor`, or poorer."""
+    if name not in table.fields:
+        return None
+    is_poor = observed.ranks.get((table.name, name), 0) >= poor
+    field = (moving_column(observed, table, name) if is_poor else None) or name
+    return Source(topic=table.name, field=field, unit=unit_of(field), stamp="t")
+
+
+def by_names(observed: Observation) -> Proposal | None:
     """The mapping by names; None where the log is no table."""
-    table = first(topic for topic in observed.topics if topic.name == ROWS)
+    table = _with([topic for topic in observed.topics if topic.name == ROWS])
     if table is None:
         return None
     named = {field: _parts(field) for field in table.fields}
@@ -100,3 +150,8 @@ def _pick(named: dict[str, tuple[str, str]], names: tuple[str, ...]) -> str | No
 def _stamp_unit(spelt: str) -> StampUnit:
     units: tuple[StampUnit, ...] = ("ms", "us", "ns")
     return next((unit for unit in units if unit == spelt), "s")
+
+
+def _with(topics: Sequence[Topic], *fields: str) -> Topic | None:
+    """The first topic that has all of the fields."""
+    return next((topic for topic in topics if all(name in topic.fields for name in fields)), None)

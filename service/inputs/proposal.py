@@ -1,14 +1,12 @@
-"""A proposed mapping, and how it is found: the presets look at topics and parameters, one after the other."""
+"""A proposed mapping: what it is found from, and what is said of it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 
 from incsvr.plant.axes import YAW, Axis
-from service.inputs.owners import base, in_order
-from service.inputs.settings import Inputs, Preset, Source, Thrusters
+from service.inputs.settings import Inputs, Source, Thrusters
 from service.inputs.table import Topic
 from service.inputs.vehicle_kind import SelfDescription
 
@@ -32,11 +30,6 @@ class Observation:
     absent_batteries: frozenset[str] = frozenset()
     ranks: Mapping[tuple[str, str], int] = field(default_factory=dict)
     axis: Axis = YAW
-
-    def of_types(self, *types: str) -> list[Topic]:
-        """The topics of a type, those of the first types first, then by name."""
-        found = [topic for topic in self.topics if topic.type in types]
-        return sorted(found, key=lambda topic: (types.index(topic.type), topic.name))
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,13 +102,6 @@ def _drawing_from(thrusters: Thrusters | None, battery: Source) -> Thrusters | N
     return None if thrusters is None else thrusters.model_copy(update={"measured_voltage": battery})
 
 
-_MODULES: dict[Preset, tuple[str, ...]] = {
-    "incsvr": ("own",),
-    "blueos": ("mavlink", "dataflash"),
-    "px4": ("px4",),
-    "keelson": ("keelson",),
-    "ros2": ("ros",),
-}
 NOTHING_FOUND = {
     "yaw_rate": "no yaw rate was found; name it: --column yaw_rate=TOPIC.FIELD:deg/s",
     "torque": "no torque was found; name it: --column torque=TOPIC.FIELD, or describe the thrusters "
@@ -123,52 +109,11 @@ NOTHING_FOUND = {
 }
 
 
-def propose(observed: Observation, preset: Preset | None = None) -> Proposal:
-    """The mapping of a preset; without one, that of the first which finds a yaw rate, or else of the columns' names."""
-    modules = [name for key, names in _MODULES.items() if preset in (None, key) for name in names]
-    for name in (*modules, "columns"):
-        found: Proposal | None = import_module(f"service.inputs.presets.{name}").proposal(observed)
-        if found is not None:
-            return found
-    return Proposal(Inputs(preset=preset), missing=NOTHING_FOUND, unseen=frozenset(NOTHING_FOUND))
-
-
-def keys(preset: Preset) -> tuple[str, ...]:
-    """The key expressions that a preset listens to on a bus; none of one for logs."""
-    modules = (import_module(f"service.inputs.presets.{name}") for name in _MODULES[preset])
-    return tuple(key for module in modules for key in getattr(module, "KEYS", ()))
-
-
-def source_of(observed: Observation, quantity: str, message: str, field: str) -> tuple[str, tuple[str, ...]]:
-    """The instance of a message whose field a quantity is taken from, empty without any, and the note on the others.
-
-    Those whose values move come first, then the lowest number; a battery that shows none comes last.
-    """
-    named = {topic.name: topic for topic in observed.topics if field in topic.fields}
-    found = instances(named, message)
-    found.sort(key=lambda name: (name in observed.absent_batteries, observed.ranks.get((name, field), 0)))
-    return (found[0], others_note(quantity, found[0], found[1:])) if found else ("", ())
-
-
-def instances(names: Iterable[str], name: str) -> list[str]:
-    """The names that are an instance of a message, the lowest number first."""
-    return in_order(each for each in names if base(each) == name)
-
-
 def others_note(
-    quantity: str,
-    taken: str,
-    others: Sequence[str],
-    why: str = "the lowest number",
-    cure: str = "--column or inputs names another",
+    quantity: str, taken: str, others: Sequence[str], why: str, cure: str = "--column or inputs names another"
 ) -> tuple[str, ...]:
-    """The sentence on the instance that is used of several; nothing if there is one."""
+    """The sentence on the topic that is used of several; nothing if there is one."""
     if not others:
         return ()
     rest = f"{', '.join(others[:6])}{' …' if len(others) > 6 else ''}"
     return (f"{quantity} is taken from {taken} ({why}); {rest} {'is' if len(others) == 1 else 'are'} ignored: {cure}",)
-
-
-def first(topics: Iterable[Topic], *fields: str) -> Topic | None:
-    """The first topic that has all of the fields."""
-    return next((topic for topic in topics if all(name in topic.fields for name in fields)), None)

@@ -1,4 +1,4 @@
-"""The charts of a trace's report, each an SVG text. Before and after differ in line style and mark, and in colour."""
+"""The charts of a trace and of a fit, each an SVG. Before and after differ in line style and mark, and in colour."""
 
 from __future__ import annotations
 
@@ -15,7 +15,21 @@ from incsvr.plant.words import YAW_WORDS, AxisWords, words_of
 from incsvr.tracing.findings import Pictures
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel
-from viewer.report.drawing import AFTER, BEFORE, MEASURED, PARTS, binned, dots, driven, edges, line, over_time, svg
+from viewer.drawing import (
+    AFTER,
+    BEFORE,
+    MEASURED,
+    PARTS,
+    Line,
+    binned,
+    dots,
+    driven,
+    edges,
+    longest,
+    rate_label,
+    run_chart,
+    svg,
+)
 
 BAND_SHARE = 0.9
 """Part of the samples of a bin that the band around them holds."""
@@ -71,7 +85,7 @@ def draw_damping(figure: Figure, curves: Sequence[Curve], rate: Array, damping: 
     below.set_yticks([])
     below.set_ylabel("samples", rotation=0, ha="right", va="center")
     below.grid(visible=False)
-    below.set_xlabel(f"{words.rate} {words.symbol} [{words.rate_unit}]")
+    below.set_xlabel(rate_label(axis))
 
 
 UNITS = {
@@ -91,8 +105,6 @@ OF_CHANNEL = "A slope: the channel makes a {moment} of its own. Wider shading to
 """How the residual over any other channel is read."""
 MIN_VISIBLE_SHARE = 0.3
 """Smallest line that is drawn, in a residual's deviation: less is hidden by the shaded half of the samples."""
-DRAWN_PIECES = 4
-"""Free runs that are drawn, the longest ones."""
 DRAWN_TIME_SCALES = 30.0
 """Time scales of the motion of each that are drawn: as much as an eye can follow."""
 SAME_MOTION_SHARE = 0.02
@@ -144,31 +156,21 @@ def hint(name: str, words: AxisWords = YAW_WORDS) -> str:
 
 
 def free_runs(before: Errors, after: Errors, scale: float, axis: Axis = YAW) -> list[str]:
-    """The yaw rate simulated from the torque alone beside the measured one, in the longest unseen pieces, a chart
-    each."""
-    longest = sorted(range(len(after.time)), key=lambda k: -after.time[k].size)[:DRAWN_PIECES]
-    longest.sort(key=lambda k: after.time[k][0] if after.time[k].size else 0.0)
-    return [_free_run(before, after, k, scale, axis) for k in longest if after.time[k].size > 1]
+    """The rate simulated from the torque alone beside the measured one, in the longest unseen pieces, a chart each."""
+    runs = (free_run(before, after, k, scale) for k in longest(after.time))
+    return [run_chart(run, rate_label(axis)) for run in runs]
 
 
-def _free_run(before: Errors, after: Errors, k: int, scale: float, axis: Axis) -> str:
-    return svg(lambda figure: draw_free_run(figure, before, after, k, scale, axis), 4.7, 2.5)
-
-
-def draw_free_run(figure: Figure, before: Errors, after: Errors, k: int, scale: float, axis: Axis = YAW) -> None:
-    """The k-th unseen piece on a figure: measured, and simulated before and after; `scale` is the motion's [s]."""
+def free_run(before: Errors, after: Errors, k: int, scale: float) -> list[Line]:
+    """The k-th unseen piece: measured, and simulated before and after; `scale` is the motion's [s]."""
     begin = float(after.time[k][0])
     end = min(float(after.time[k][-1]), begin + DRAWN_TIME_SCALES * scale)
-    axes = figure.subplots()
     here = after.time[k] <= end
-    line(axes, after.time[k][here], after.measured[k][here], color=MEASURED, linewidth=1.1, label="measured")
+    lines = [Line("measured", after.time[k][here], after.measured[k][here])]
     nothing_added = np.array_equal(before.simulated[k], after.simulated[k]) if k < len(before.time) else False
-    earlier = [] if nothing_added else _same_motion(before, after, k, begin, end)
-    for number, (time, simulated) in enumerate(earlier):
-        label = "before" if number == 0 else None
-        line(axes, time, simulated, color=BEFORE, linestyle="--", linewidth=1.3, label=label)
-    line(axes, after.time[k][here], after.simulated[k][here], color=AFTER, linewidth=1.5, label="after")
-    over_time(figure, axes, words_of(axis).fill(UNITS["yaw_rate"]))
+    for time, simulated in [] if nothing_added else _same_motion(before, after, k, begin, end):
+        lines.append(Line("before" if len(lines) == 1 else None, time, simulated, BEFORE, "--", 1.3))
+    return [*lines, Line("after", after.time[k][here], after.simulated[k][here], AFTER, width=1.5)]
 
 
 def _same_motion(before: Errors, after: Errors, k: int, begin: float, end: float) -> list[tuple[Array, Array]]:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from markupsafe import Markup
 
 from incsvr.learning.coefficients import negative_drag
 from incsvr.numerics import Array
@@ -14,8 +13,8 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.findings import Finding, Trace
 from incsvr.tracing.sentences import LABELS, chance, headline, left_of_torque, limits, proof
-from viewer.report.charts import damping_curves, free_runs, hint, residual_against, told_apart, torque_split
-from viewer.report.figures import between, capital, number, rendered
+from viewer.charts import damping_curves, free_runs, hint, residual_against, told_apart, torque_split
+from viewer.report.figures import capital, number, rendered
 
 BLOCK_TIME_SCALES = 4.0
 """Time scales of the motion in a block of the bootstrap: well above the residual's correlation time."""
@@ -82,13 +81,13 @@ ERRORS = (
 )
 
 
-def page(trace: Trace, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> str:
+def trace_page(trace: Trace, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> str:
     """The whole document, in the words and units of an axis; `provenance` says what it was made of, and how."""
-    pictures, error, words = trace.pictures, trace.error, words_of(axis)
+    pictures, words = trace.pictures, words_of(axis)
     coefficients, driven = derivatives(trace, axis)
     before, after = pictures.residual_before, pictures.residual_after
     seen, flat = told_apart(pictures.depends, before, after)
-    left = left_of_torque(error)
+    left = left_of_torque(trace.error)
     declared = f"declared {words.inertia} {trace.inertia:g} {words.inertia_unit}"
     in_force = f", {trace.inertia_in_force:.3g} {words.inertia_unit} in use"
     return rendered(
@@ -101,29 +100,17 @@ def page(trace: Trace, axis: Axis = YAW, provenance: Mapping[str, str] | None = 
         trace=trace,
         summary=_summary(trace, words),
         findings=[_finding(finding, words) for finding in trace.effects],
-        errors=_error_rows(error, words),
-        trivial={name: number(errors["free_run_rmse"]) for name, errors in error["trivial"].items()},
-        horizons=[
-            (
-                horizon,
-                f"{float(horizon) * trace.model.scale:.2g}",
-                *(number(errors[name]) for name in ("before", "after", "hold", "zero")),
-            )
-            for horizon, errors in error["horizons"].items()
-        ],
-        floor=number(error["floor"]["torque_rmse"]),
+        errors=[(key, words.fill(label), words.fill(unit)) for key, label, unit in ERRORS],
         left=None if left is None else f"{number(100.0 * left)} %",
         validated_on=_validated_on(trace),
-        derivatives=[(each.symbol, number(each.value), between(each.interval), each.unit) for each in coefficients],
+        derivatives=coefficients,
         flags=[flag for each in coefficients if (flag := _flag(each)) is not None],
-        driven=[number(each) for each in driven],
-        flat=[name.replace("_", " ") for name in flat],
-        residuals=[
-            (Markup(residual_against(name, x, before, after, axis)), hint(name, words)) for name, x in seen.items()
-        ],
-        free_runs=[Markup(each) for each in free_runs(pictures.before, pictures.after, trace.model.scale, axis)],
-        damping=Markup(damping_curves(trace.declared_model, trace.model, pictures, axis)),
-        split=Markup(torque_split(pictures.ledger, axis)),
+        driven=driven,
+        flat=flat,
+        residuals=[(residual_against(name, x, before, after, axis), hint(name, words)) for name, x in seen.items()],
+        free_runs=free_runs(pictures.before, pictures.after, trace.model.scale, axis),
+        damping=damping_curves(trace.declared_model, trace.model, pictures, axis),
+        split=torque_split(pictures.ledger, axis),
         chance=chance,
         probability=probability,
     )
@@ -168,21 +155,3 @@ def _finding(finding: Finding, words: AxisWords) -> dict[str, Any]:
         doubt = "set, not fitted" if low == high else f"{number(low)} to {number(high)}"
         rows.append((words.fill(label), number(value), doubt, words.fill(unit)))
     return {"finding": finding, "name": finding.effect.replace("_", " "), "rows": rows}
-
-
-def _error_rows(error: Mapping[str, Any], words: AxisWords) -> list[dict[str, str]]:
-    rows = []
-    for key, label, unit in ERRORS:
-        change = error["change"].get(key)
-        rows.append(
-            {
-                "label": words.fill(label),
-                "unit": words.fill(unit),
-                "before": number(error["before"][key]),
-                "after": number(error["after"][key]),
-                "change": f"{number(change['estimate'], '+')} ({number(change['low'])} to {number(change['high'])})"
-                if change
-                else "",
-            }
-        )
-    return rows
