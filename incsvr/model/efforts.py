@@ -21,7 +21,7 @@ GAP_EDGE = 0.25
 there is one that tells a fit in which direction the gap is wider."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Stage:
     """What the actuators make of a demanded effort, before it acts; a number that is None changes nothing.
 

@@ -88,7 +88,7 @@ def terms_of(row: Row) -> list[tuple[Term, float]]:
 def static_stage(thrust: dict[str, float]) -> tuple[Stage, float]:
     """The stages that act on the samples of an effort, and the effort at which its curve gives what is demanded."""
     exponent, dead, limit, reverse = (thrust.get(STAGES[own]) for own in ("exponent", "dead", "limit", "reverse"))
-    return Stage(exponent, dead, limit, reverse), thrust.get(FULL, 1.0)
+    return Stage(exponent=exponent, dead=dead, limit=limit, reverse=reverse), thrust.get(FULL, 1.0)
 
 
 def rates(axes: tuple[str, ...]) -> tuple[str, ...]:
