@@ -96,12 +96,20 @@ class RosTypes:
         self._store.register({each: fields for each, fields in types.items() if each not in self._store.fielddefs})
 
     def knows(self, name: str) -> bool:
-        return full_name(name) in self._store.fielddefs
+        """Whether messages of the type are read: pictures and clouds hold bytes, are most of a log, and are not."""
+        found = self._store.fielddefs.get(full_name(name))
+        return found is not None and not any(_holds_bytes(*field) for field in found[1])
 
     def decode(self, payload: bytes, name: str) -> dict[str, Any]:
         """The fields of a message, nested; stamps and durations as seconds."""
         read = self._store.deserialize_ros1 if self._one else self._store.deserialize_cdr
         return dict(_fields(read(payload, full_name(name))))
+
+
+def _holds_bytes(name: str, kind: tuple[Any, Any]) -> bool:
+    """Whether a field is the `data` of a picture or a cloud: bytes, as many as there are."""
+    node, of = kind
+    return name == "data" and node.name == "SEQUENCE" and of[0][1][0] in ("uint8", "byte", "octet")
 
 
 def full_name(name: str) -> str:

@@ -117,6 +117,18 @@ def test_bags(tmp_path: Path, form: str) -> None:
         assert counts["/imu/data"] == (IMU, DIVE.time.size)
 
 
+def test_pictures_of_a_camera_are_counted_and_not_read(tmp_path: Path) -> None:
+    of = ROS2.types
+    header = of["std_msgs/msg/Header"](of["builtin_interfaces/msg/Time"](1, 0), "")
+    picture = of["sensor_msgs/msg/CompressedImage"](header, "jpeg", np.zeros(1000, dtype=np.uint8))
+    turns = [(EPOCH + k, "/imu", imu(ROS2, EPOCH + k, 0.1)) for k in range(3)]
+    bag = bag_of(tmp_path / "bag", [*turns, *((EPOCH + k, "/camera", picture) for k in range(3))])
+    for path in (bag, next(bag.glob("*.mcap"))):
+        log = open_any(path)
+        assert {topic.name: topic.count for topic in log.topics} == {"/camera": 3, "/imu": 3}
+        assert [name for name, table in log.tables.items() if table.columns] == ["/imu"]
+
+
 def test_a_clock_of_its_own_places_what_bears_no_stamp(tmp_path: Path) -> None:
     """A simulator stamps with its own time, while the bag goes by the wall: the wrench comes after it by that."""
     same(read(dive_bag(tmp_path, stamps=DIVE.time)), 0.0)
