@@ -108,6 +108,12 @@ def of_curve(candidate: Candidate) -> bool:
     return candidate.name.startswith(CURVE)
 
 
+def other_shape(name: str) -> str:
+    """The name of a dead band or a limit in its other shape; of anything else empty."""
+    kind, _, axis = name.partition("@")
+    return f"{SHAPES[kind]}@{axis}" if kind in SHAPES else ""
+
+
 def scales_thrust(name: str) -> bool:
     """Whether an effect changes what an effort does, so that an effort that is mostly noise cannot show it."""
     kind = name.partition("@")[0]

@@ -7,7 +7,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from incsvr.model.candidates import Candidate, candidates, imitates, joined, of_curve, rank, scales_thrust, without
+from incsvr.model.candidates import (
+    Candidate,
+    candidates,
+    imitates,
+    joined,
+    of_curve,
+    other_shape,
+    rank,
+    scales_thrust,
+    without,
+)
 from incsvr.model.directions import Evidence, directions
 from incsvr.model.factors import one_by_one
 from incsvr.model.fitting import Fit, fit
@@ -28,6 +38,7 @@ class Added:
         gain: of the logarithm of the likelihood, with all parameters fitted anew.
         evidence: as it was added.
         alike: other effects that explain the recordings as well.
+        other: the effect in its other shape, where that gains at least half as much; forms are inexact.
     """
 
     name: str
@@ -35,6 +46,7 @@ class Added:
     gain: float
     evidence: Evidence
     alike: tuple[str, ...]
+    other: Candidate | None = None
 
 
 @dataclass(frozen=True)
@@ -154,17 +166,26 @@ def _best(
         and each.name not in {one[1].name for one in looked}
     ]
     sure = {each.name for _, each in convincing(beside, enough)}
-    trials = []
+    trials, shapes = list[tuple[float, Evidence, Candidate]](), dict[str, tuple[float, Evidence, Candidate]]()
     for evidence, each in looked:
         new = _fitted(each, found)
-        say(f"{each.name}: {found.value - new.value:.1f}, {evidence}")
+        reached = found.value - new.value
+        trial = reached, evidence, replace(each, start={name: new.theta[name] for name in each.start})
+        shapes[each.name] = trial
+        say(f"{each.name}: {reached:.1f}, {evidence}")
         if (axis := drives(new)) and not drives(found):
             refused[each.name] = f"with it {axis} drives itself at speeds that were recorded"
-        elif found.value - new.value >= enough and (each.name in sure or _gains(found, new, needed(each, enough))):
-            start = {name: new.theta[name] for name in each.start}
-            trials.append((found.value - new.value, evidence, replace(each, start=start)))
+        elif reached >= enough and (each.name in sure or _gains(found, new, needed(each, enough))):
+            trials.append(trial)
+    # Of two shapes the better one says how large the effect is, also where only the other one convinces.
+    trials = [max(one, shapes.get(other_shape(one[2].name), one), key=lambda each: each[0]) for one in trials]
     ofs = [[one for one in trials if one[2].name.endswith(f"@{axis}")] for axis in axes]
-    return [_plainest(own) for own in ofs if own]
+    best = [_plainest(own) for own in ofs if own]
+    others = [shapes.get(other_shape(each.name)) for each in best]
+    return [
+        replace(each, other=shape[2]) if shape is not None and shape[0] > 0.5 * each.gain else each
+        for each, shape in zip(best, others, strict=True)
+    ]
 
 
 def _of_axis(every: Iterable[tuple[Evidence, Candidate]], axis: str) -> list[tuple[Evidence, Candidate]]:

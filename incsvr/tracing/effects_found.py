@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from incsvr.model.candidates import joined, without
 from incsvr.model.efforts import Stage
 from incsvr.model.fitting import Fit, fit
 from incsvr.model.identification import Identification
@@ -15,6 +16,7 @@ from incsvr.model.intervals import halved
 from incsvr.model.rows import Row
 from incsvr.model.search import Added, is_noise
 from incsvr.model.series import effort_of, period
+from incsvr.model.structure import Structure
 from incsvr.plant.axes import of_rate
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.answering import Loop
@@ -92,12 +94,16 @@ def findings_of(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding]]
     others = [halved(source)] if traced.closed else [halved(source), predictor]
     every = parameters_of(source, list(gains), traced.inertia, traced.recordings.begin, others)
     total = sum(gains.values())
+    shapes = {
+        each.name: (each.other.name, _in_other_shape(source, each, found.base.structure))
+        for each in added if each.other is not None
+    }  # fmt: skip
     alike = {each.name: [one for one in each.alike if not _contains(found.effects, one, each)] for each in added}
     counts = {each.name: len(each.candidate.start) for each in added}
     return name, [
         _finding(
             traced, one, parameters, spans, p_value(2.0 * gain, counts.get(one, 1), len(found.effects)),
-            gain / total, alike.get(one, ()),
+            gain / total, alike.get(one, ()), shapes.get(one),
         )
         for (one, gain), (parameters, spans) in zip(gains.items(), every, strict=True)
     ]  # fmt: skip
@@ -124,7 +130,7 @@ def _with_free_inertia(
 
 def _finding(
     traced: Traced, name: str, parameters: dict[str, float], spans: dict[str, tuple[float, float]], chance: float,
-    share: float, alike: Sequence[str],
+    share: float, alike: Sequence[str], shape: tuple[str, Fit] | None,
 ) -> Finding:  # fmt: skip
     named, words = dict.fromkeys(contract_name(each) for each in alike), traced.words
     others = tuple(each for each in named if each != contract_name(name))
@@ -138,7 +144,7 @@ def _finding(
         cannot_tell_from=(*others, *word_of(name).ties),
         next_manoeuvre=next_manoeuvre(name, others, words),
         sentence=sentence(name, parameters, spans, share, words),
-        thrust=_thrust(name, parameters, spans, traced.found.models[PLAIN]),
+        thrust=_thrust(name, parameters, spans, traced.found.models[PLAIN], shape),
     )
 
 
@@ -180,11 +186,23 @@ def sentence(
     return f"{contract_name(name)}: {meaning}; {', '.join(shown)}. {part}"
 
 
+def _in_other_shape(source: Fit, added: Added, plain: Structure) -> Fit:
+    """A fit with an effect in its other shape."""
+    assert added.other is not None
+    structure = joined(without(source.structure, added.candidate, plain), added.other)
+    return fit(structure, {**source.theta, **added.other.start}, source.problem, source.starts)
+
+
 def _thrust(
-    name: str, parameters: Mapping[str, float], spans: Mapping[str, tuple[float, float]], source: Fit
+    name: str,
+    parameters: Mapping[str, float],
+    spans: Mapping[str, tuple[float, float]],
+    source: Fit,
+    shape: tuple[str, Fit] | None,
 ) -> tuple[tuple[float, float, float, float], ...]:
     """The thrust that a curve makes of the largest command either way, rounded up, with its interval [N m]; empty for
-    effects that are no curve of the command."""
+    effects that are no curve of the command. The interval contains what the effect's other shape makes, where there is
+    one: `shape` has its name and its fit."""
     kind, _, axis = name.partition("@")
     if kind not in CURVES:
         return ()
@@ -195,5 +213,9 @@ def _thrust(
     found = []
     for command in (-full, full):
         made = [float(Stage(**{kind: each}).static(np.array([command]), top)[0]) for each in (value, *spans[key])]
+        if shape is not None:
+            other, _, _ = shape[0].partition("@")
+            stage = Stage(**{other: float(np.exp(shape[1].theta[shape[0].replace("@", ":")]))})
+            made.append(float(stage.static(np.array([command]), top)[0]))
         found.append((command, made[0], min(made[1:]), max(made[1:])))
     return tuple(found)
