@@ -42,7 +42,7 @@ class LearningPage:
 
 
 def labels(words: AxisWords) -> tuple[str, str]:
-    """Of the two axes."""
+    """What the two axes of the plot are called, with their units."""
     return f"{words.rate_title} [{words.rate_unit}]", f"Damping {words.moment} [{words.effort_unit}]"
 
 

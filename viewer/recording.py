@@ -178,7 +178,7 @@ class Recording:
 
 
 def _look(path: str, title: str | None = None) -> Look:
-    """Of a series: as the table says, else its title or its name in words."""
+    """How a series looks: as the table says, else a plain line under its title or its name in words."""
     return LOOKS.get(path) or Look(title or effect(path.rpartition("/")[2]))
 
 

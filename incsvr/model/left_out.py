@@ -30,12 +30,16 @@ class Gain:
     agreeing: float
 
 
-def folds(windows: Windows, few: int = 8) -> Indices:  # eight blocks of one recording are long, yet several
-    """(windows,) the fold of each: its recording, or one of `few` long blocks where there are fewer than three."""
+FEW_FOLDS = 8
+"""Blocks of one recording or two that a fit excludes in turn: long, yet several."""
+
+
+def folds(windows: Windows) -> Indices:
+    """(windows,) the fold of each: its recording, or one of a few long blocks where there are fewer than three."""
     count = windows.first.size
     if len(windows.runs) >= 3:
         return windows.run
-    return np.asarray(np.arange(count) * min(few, count) // count)
+    return np.asarray(np.arange(count) * min(FEW_FOLDS, count) // count)
 
 
 def blocks(windows: Windows, most: int = 4) -> Indices:

@@ -8,15 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.model.fitting import Fit
-from incsvr.model.left_out import fold_parameters
+from incsvr.model.left_out import FEW_FOLDS, fold_parameters
 from incsvr.model.series import duration
 from incsvr.model.simulation import predict
 from incsvr.model.structure import Structure
 from incsvr.model.windows import Windows, cut
 from incsvr.numerics import Array, Streams, root_mean_square
-
-FEW = 8
-"""Folds of one recording or two, as of a fit: long, yet several."""
 
 
 def free_windows(
@@ -29,7 +26,7 @@ def free_windows(
         excluded: whether these are the recordings of the fits: of fewer than three the free runs are long blocks then.
     """
     if horizon == np.inf and excluded and len(runs) < 3:
-        horizon = duration(runs, structure.axes[0]) / FEW
+        horizon = duration(runs, structure.axes[0]) / FEW_FOLDS
     return cut(runs, replace(structure, predictor=False), step, horizon)
 
 
@@ -45,7 +42,7 @@ def free_runs(model: Fit, windows: Windows, excluded: bool, runaway: float) -> A
     columns = columns[[model.names.index(name) for name in structure.names]]
     starts = np.repeat(windows.starts[:, None], columns.shape[1], axis=1)
     count = windows.first.size
-    fold = windows.run if len(windows.runs) >= 3 else np.arange(count) * FEW // count
+    fold = windows.run if len(windows.runs) >= 3 else np.arange(count) * FEW_FOLDS // count
     own = np.minimum(fold, columns.shape[1] - 1)[windows.window]
     predicted = predict(structure, columns, windows, starts)[np.arange(own.size), own]
     top = [np.abs(windows.measured[windows.axis == i]).max() for i in range(len(windows.axes))]

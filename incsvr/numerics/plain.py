@@ -30,7 +30,7 @@ class NotOfKind(BadInput):
         self.reason, self.place = reason, place
 
     def below(self, name: object) -> NotOfKind:
-        """The same, of a record that holds this one under a name."""
+        """The error of the record that holds this one under a name: the place begins with that name."""
         return NotOfKind(self.reason, str(name), *self.place)
 
 
