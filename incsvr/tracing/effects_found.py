@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.model.candidates import joined, without
+from incsvr.model.candidates import Candidate, joined, without
 from incsvr.model.efforts import Stage
 from incsvr.model.fitting import Fit, fit
 from incsvr.model.identification import Identification
@@ -16,7 +16,6 @@ from incsvr.model.intervals import halved
 from incsvr.model.rows import Row
 from incsvr.model.search import Added, is_noise
 from incsvr.model.series import effort_of, period
-from incsvr.model.structure import Structure
 from incsvr.plant.axes import of_rate
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.answering import Loop
@@ -35,6 +34,9 @@ FREE = ", free inertia"
 """The end of the names of simulators whose inertia is free."""
 CURVES = ("dead", "gap", "limit", "sag", "reverse", "exponent")
 """Stages of the effort that are a curve of the command."""
+
+Shape = tuple[str, tuple[float, float]]
+"""A stage, and the ends of the interval of its size."""
 
 
 @dataclass(frozen=True)
@@ -94,10 +96,7 @@ def findings_of(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding]]
     others = [halved(source)] if traced.closed else [halved(source), predictor]
     every = parameters_of(source, list(gains), traced.inertia, traced.recordings.begin, others)
     total = sum(gains.values())
-    shapes = {
-        each.name: (each.other.name, _in_other_shape(source, each, found.base.structure))
-        for each in added if each.other is not None
-    }  # fmt: skip
+    shapes = {each.name: _in_other_shape(traced, source, each, each.other) for each in added if each.other is not None}
     alike = {each.name: [one for one in each.alike if not _contains(found.effects, one, each)] for each in added}
     counts = {each.name: len(each.candidate.start) for each in added}
     return name, [
@@ -130,7 +129,7 @@ def _with_free_inertia(
 
 def _finding(
     traced: Traced, name: str, parameters: dict[str, float], spans: dict[str, tuple[float, float]], chance: float,
-    share: float, alike: Sequence[str], shape: tuple[str, Fit] | None,
+    share: float, alike: Sequence[str], other: Shape | None,
 ) -> Finding:  # fmt: skip
     named, words = dict.fromkeys(contract_name(each) for each in alike), traced.words
     others = tuple(each for each in named if each != contract_name(name))
@@ -144,7 +143,7 @@ def _finding(
         cannot_tell_from=(*others, *word_of(name).ties),
         next_manoeuvre=next_manoeuvre(name, others, words),
         sentence=sentence(name, parameters, spans, share, words),
-        thrust=_thrust(name, parameters, spans, traced.found.models[PLAIN], shape),
+        thrust=_thrust(name, parameters, spans, traced.found.models[PLAIN], other),
     )
 
 
@@ -186,11 +185,13 @@ def sentence(
     return f"{contract_name(name)}: {meaning}; {', '.join(shown)}. {part}"
 
 
-def _in_other_shape(source: Fit, added: Added, plain: Structure) -> Fit:
-    """A fit with an effect in its other shape."""
-    assert added.other is not None
-    structure = joined(without(source.structure, added.candidate, plain), added.other)
-    return fit(structure, {**source.theta, **added.other.start}, source.problem, source.starts)
+def _in_other_shape(traced: Traced, source: Fit, added: Added, other: Candidate) -> Shape:
+    """The stage that is an effect in its other shape, and the interval of 95 % of its size."""
+    structure = joined(without(source.structure, added.candidate, traced.found.base.structure), other)
+    found = fit(structure, {**source.theta, **other.start}, source.problem, source.starts)
+    ((_, spans),) = parameters_of(found, [other.name], traced.inertia, traced.recordings.begin)
+    (span,) = spans.values()
+    return other.name.partition("@")[0], span
 
 
 def _thrust(
@@ -198,11 +199,10 @@ def _thrust(
     parameters: Mapping[str, float],
     spans: Mapping[str, tuple[float, float]],
     source: Fit,
-    shape: tuple[str, Fit] | None,
+    other: Shape | None,
 ) -> tuple[tuple[float, float, float, float], ...]:
     """The thrust that a curve makes of the largest command either way, rounded up, with its interval [N m]; empty for
-    effects that are no curve of the command. The interval contains what the effect's other shape makes, where there is
-    one: `shape` has its name and its fit."""
+    effects that are no curve of the command. Where an effect has another shape the interval contains that, too."""
     kind, _, axis = name.partition("@")
     if kind not in CURVES:
         return ()
@@ -210,12 +210,14 @@ def _thrust(
     decade = 10.0 ** math.floor(math.log10(top))
     full = next(number * decade for number in ROUND_NUMBERS if number * decade >= top)
     ((key, value),) = parameters.items()
+    shapes: list[tuple[str, Sequence[float]]] = [(kind, (value, *spans[key]))]
+    shapes += [] if other is None else [other]
     found = []
     for command in (-full, full):
-        made = [float(Stage(**{kind: each}).static(np.array([command]), top)[0]) for each in (value, *spans[key])]
-        if shape is not None:
-            other, _, _ = shape[0].partition("@")
-            stage = Stage(**{other: float(np.exp(shape[1].theta[shape[0].replace("@", ":")]))})
-            made.append(float(stage.static(np.array([command]), top)[0]))
+        made = [
+            float(Stage(**{stage: each}).static(np.array([command]), top)[0])
+            for stage, sizes in shapes
+            for each in sizes
+        ]
         found.append((command, made[0], min(made[1:]), max(made[1:])))
     return tuple(found)
