@@ -44,6 +44,7 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
     act = result["underway"]
     assert act["truth"]["effect"] == "torque_saturation"
     assert act["right"]
+    assert all(size["holds"] for size in act["sizes"])  # what other shapes of the effect make is in the interval
     assert [each["state"] for each in act["found"] if each["effect"] == "torque_saturation"] == ["proven"]
     steps = [step["step"] for step in act["history"] if step["effect"] == "torque_saturation"]
     assert steps == ["suspected", "proven"]
