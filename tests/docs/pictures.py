@@ -228,7 +228,7 @@ def draw_page(picture: Path) -> None:
         raise BadInput(f"{picture} is not drawn: no browser is installed (chromium)")
     with TemporaryDirectory() as folder, ExitStack() as stack:
         bus, page = free_endpoint(), f"http://{free_endpoint().removeprefix('tcp/')}/"
-        settings = ("--set", f"state={folder}/state", "--set", "learner.policy=weighted", "--set", "learner.gamma=30")
+        settings = ("--set", f"state={folder}/state", "--set", "learner.policy=weighted")
         for words in (
             ("serve", "--listen", bus, *settings),
             ("page", "--connect", bus, "--port", page.rpartition(":")[2].rstrip("/")),
