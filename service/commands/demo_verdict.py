@@ -39,9 +39,10 @@ def _sizes(finding: Mapping[str, Any], truth: Mapping[str, Any]) -> list[dict[st
     """Each size that was found, its 95 % interval and the true one; it holds within that or a thrust table's error."""
     if truth["thrust_nm"]:
         commands, made = zip(*truth["thrust_nm"], strict=True)
+        rows = list(finding.get("thrust_nm", ()))
         sizes = [
             (f"thrust at {command:g} N m commanded", *found, float(np.interp(command, commands, made)), command)
-            for command, *found in finding.get("thrust_nm", ())
+            for command, *found in (rows[:1] + rows[1:][-1:])
         ]
     else:
         sizes = [
