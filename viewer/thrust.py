@@ -23,7 +23,7 @@ class ThrustPlot:
         looks = (
             Sign("Thrust without the effect", palette.BEFORE, line="--", size=2.0, order=14.0),
             Sign("Thrust with the effect", palette.FUNCTION, line="-", size=2.6, order=22.0),
-            Sign("95 % of it", palette.BAND, line="|||", size=0.8, order=1.0),
+            Sign("95 % interval", palette.BAND, line="|||", size=0.8, order=1.0),
         )
         self._plot = Plot(rec, "effects/thrust/axes", dict(zip(SHOWN, looks, strict=True)), labels(rec.words))
 
