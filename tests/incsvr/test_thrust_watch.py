@@ -86,7 +86,7 @@ def test_rotors_that_lag_and_a_wrong_inertia_hide_no_loss() -> None:
 
 def test_a_cell_lasts_about_as_long_as_a_command_is_held() -> None:
     """A log of a hundred values a second holds five commands a second."""
-    time: Array = 0.01 * np.arange(1000.0)
+    time: Array = 0.01 * np.arange(1000.0, dtype=np.float64)
     commands = np.random.default_rng(1).normal(size=50).repeat(20)
     cells = CommandCells.of((time, np.sin(time)), (time, commands), -np.inf, np.inf, held=True)
     assert cells.length == pytest.approx(MIN_CELL_PERIODS * 0.2)
