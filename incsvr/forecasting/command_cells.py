@@ -12,12 +12,13 @@ from incsvr.numerics import Array
 from incsvr.numerics.cell_means import integral_at
 from incsvr.signals.samples import Indices
 
-MIN_CELL_GYRO_PERIODS = 0.8
-"""Least length of a cell in periods of the gyro, between whose values nothing shows: a jitter of stamps merges no two
-commands. Of quicker commands a cell holds several, and the later ones answer what happens in it."""
-MIN_CELL_S, MAX_MIN_CELL_S = 0.015, 0.1
-"""Bounds on that length [s]: cells that are shorter cost time and tell no more, and commands slower than the longer one
-have cells of their own."""
+MIN_CELL_PERIODS = 0.8
+"""Least length of a cell in periods of the gyro, between whose values nothing shows, and of the command, which a log
+repeats while it is held: a jitter of stamps merges no two commands. Of quicker commands a cell holds several, and the
+later ones answer what happens in it."""
+MIN_CELL_S, MAX_MIN_CELL_S = 0.015, 0.3
+"""Bounds on that length [s]: cells that are shorter cost time and tell no more, and a command that is held for longer
+leaves many of them."""
 MAX_CELL_S = 2.0
 """Length of a cell at most [s]; a longer pause of the torque, or of the yaw rate, is in none."""
 SPIKE_SAMPLES = 3
@@ -56,7 +57,8 @@ class CommandCells:
         if known.size < 2 or commanded.size < 2:
             return CommandCells.none()
         period = float(np.median(np.diff(known)))
-        shortest = min(max(MIN_CELL_GYRO_PERIODS * period, MIN_CELL_S), MAX_MIN_CELL_S)
+        slower = max(period, _held_for(commanded[commanded <= until], moments[commanded <= until]))
+        shortest = min(max(MIN_CELL_PERIODS * slower, MIN_CELL_S), MAX_MIN_CELL_S)
         edges = _edges(commanded, after, min(until, float(stamps[-1])), shortest)
         edges = edges[edges >= stamps[0]]
         if edges.size < 2:
@@ -94,6 +96,13 @@ class CommandCells:
 
     def _columns(self) -> tuple[Array, ...]:
         return self.end, self.length, self.first, self.last, self.torque
+
+
+def _held_for(stamps: Array, commands: Array) -> float:
+    """The time [s] for which a command is held: half of the time belongs to those that last longer; ∞ of one alone."""
+    lasts = np.sort(np.diff(stamps[1:][np.diff(commands) != 0.0]))
+    until = np.cumsum(lasts)
+    return float(lasts[np.searchsorted(until, 0.5 * until[-1])]) if lasts.size else np.inf
 
 
 def _edges(stamps: Array, after: float, until: float, shortest: float) -> Array:

@@ -42,14 +42,12 @@ class ThrustEvidence:
         nothing: (k,) logarithm of the likelihood of all data if nothing changes; a constant is left out.
         changed: (k, 4) the same if each of CHANGES does.
         left: (k,) what a change of thrust leaves of the errors after the onset, in variances.
-        lacked: (k,) thrust that was lacking before, as a part of it.
-        more, doubt: (k,) by how much more is lacking after it, and the deviation of that.
+        more, doubt: (k,) by how much more of the usual thrust is lacking after it, and the deviation of that.
     """
 
     nothing: Array
     changed: Array
     left: Array
-    lacked: Array
     more: Array
     doubt: Array
 
@@ -77,9 +75,8 @@ class ThrustEvidence:
             prior = np.linalg.inv(np.linalg.inv(until.precision) + drift)
             since = Evidence.of(moved.T @ fresh @ moved, prior, directions, np.zeros(4), np.ones(4))
             nothing = until.nothing + since.nothing
-            thrust = np.array([since.cost[0] / size, until.usual[0, -1] / units[0]])
             change = CHANGE_PRIORS[0, 0] * np.array([since.size[0], since.deviation[0]])
-            found.append(np.concatenate(([nothing], nothing + since.odds, thrust, change)))
+            found.append(np.concatenate(([nothing], nothing + since.odds, [since.cost[0] / size], change)))
         table = np.array(found).T
         return ThrustEvidence(table[0], table[1:5].T, *table[5:])
 

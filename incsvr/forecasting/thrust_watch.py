@@ -6,7 +6,8 @@ Rosenbrock–Euler step. What it is off by, as a moment u [N m], follows from wh
     u = −f τ − g d(r) + b + Σ lₖ (τ₋ₖ − τ₋₂ₖ) + a |τ| + c τ|τ| + Σ eⱼ hⱼ(r) + noise,
 
 f is thrust that is lacking, g damping that has grown, b a moment; beside them l is what comes late of the thrust, a its
-asymmetry, c its curve, and e an error of d(r) about a rate. The noise is the water's and the gyro's.
+asymmetry, c its curve, and e an error of d(r) about a rate. The noise is the water's and the gyro's. What usually acts,
+(1 − f) τ + Σ l … + a |τ| + c τ|τ|, is the thrust that can be lost: rotors may lag, and I may be declared wrong.
 Whitened, the errors are innovations, and a torque that answers the rate does no harm (Forssell and Ljung, Automatica
 35, 1999). For each instant of the last minute and a half as an onset, data before it say within what all of these lie,
 and data after it weigh, by their marginal likelihood,
@@ -59,8 +60,6 @@ MIN_CHANGE, MIN_CHANGE_DEVIATIONS = 0.1, 4.0
 """Part of the thrust that is a fault, and by how many of its deviations it must differ from none."""
 BACK_LEVEL = 0.9
 """Part of the thrust from which on it is back."""
-MIN_USUAL_THRUST = 0.3
-"""Part of the commanded torque that acts while all is well, at least."""
 MIN_DRIVEN_SHARE = 0.5
 """Part of the usual torque (root mean square) that the data after an onset must have: on a leg where a controller only
 answers the water, whatever is late in the loop looks like thrust that is lacking."""
@@ -181,12 +180,13 @@ def _near_knots(rate: Array) -> Array:
 def _judged(white: Array, causes: Array, onsets: NDArray[np.intp], cells: CommandCells) -> ThrustChange | None:
     """The change of thrust that explains the innovations far better than nothing and than any other change."""
     before = slice(0, onsets[0])
-    scale = np.maximum(np.sqrt(np.mean(causes[before] ** 2, axis=0)), 1e-12)
-    causes = causes / scale
     usual = np.linalg.lstsq(causes[before], white[before], rcond=None)[0]
     variance = float(np.mean((white[before] - causes[before] @ usual) ** 2))
-    # What is lost of the thrust is lost of what it usually makes of its command, lag and curve with it.
-    causes[:, 0] -= causes[:, THRUST_CAUSES] @ usual[THRUST_CAUSES]
+    # What is lost of the thrust is lost of what usually acts of its command, with its gain, lag and curve.
+    acting = (1.0 - usual[0]) * causes[:, 0] - causes[:, THRUST_CAUSES] @ usual[THRUST_CAUSES]
+    causes = np.column_stack((acting, causes[:, 1:]))
+    scale = np.maximum(np.sqrt(np.mean(causes[before] ** 2, axis=0)), 1e-12)
+    causes = causes / scale
     loud = float(np.sqrt(np.mean(cells.torque[before] ** 2)))
     units = scale * np.array([1.0, 1.0, loud, *(1.0,) * len(LAGS_CELLS), 1.0, 1.0 / loud, *(loud,) * CURVE_KNOTS])
     total = np.cumsum(sums(white, causes, (0, *onsets.tolist(), white.size)), axis=0)
@@ -209,10 +209,7 @@ def _judged(white: Array, causes: Array, onsets: NDArray[np.intp], cells: Comman
     found = seen.changed[best, 0]
     odds = float(found - np.max(seen.nothing))
     leads = {name: float(found - np.max(seen.changed[:, CHANGES.index(name)])) for name in MIN_LEADS}
-    had, more, doubt = 1.0 - float(seen.lacked[best]), float(seen.more[best]), float(seen.doubt[best])
-    if had < MIN_USUAL_THRUST:
-        return None  # the declared inertia, or the torque's unit, is another
-    share, doubt = 1.0 - more / had, doubt / had
+    share, doubt = 1.0 - float(seen.more[best]), float(seen.doubt[best])
     if odds < MIN_LOG_ODDS or any(lead < MIN_LEADS[other] for other, lead in leads.items()):
         return None
     if abs(1.0 - share) < max(MIN_CHANGE, MIN_CHANGE_DEVIATIONS * doubt) or share < -2.0 * doubt:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.forecasting.command_cells import CommandCells
+from incsvr.forecasting.command_cells import MIN_CELL_PERIODS, CommandCells
 from incsvr.forecasting.thrust_watch import WATCH_PERIOD_S, ThrustChange, ThrustState, look
 from incsvr.numerics import Array
 
@@ -23,16 +23,18 @@ def sailed(
     moment: Callable[[float], float] = lambda _: 0.0,
     hold: int = HOLD,
     gain: float = 34.0,
+    lag: float = STEP,
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Rate and command of a vehicle under rate control in moving water, whose thrust and damping are scaled in time;
-    each command holds for so many steps, and the controller answers the rate with this gain [N m s/rad]."""
+    each command holds for so many steps, the controller answers the rate with this gain [N m s/rad], and the rotors
+    follow with this lag [s]."""
     random = np.random.default_rng(3)
     beats = round(END_S / (STEP * hold))
     turn = round(8.0 / (STEP * hold))
     wish = np.repeat(random.uniform(-0.4, 0.4, beats // turn + 1), turn)[:beats]
     noise, kicks = 0.002 * random.standard_normal(beats), 0.3 * random.standard_normal(beats * hold)
     rates, commands = np.empty(beats), np.empty(beats)
-    rate, water, total = 0.0, 0.0, 0.0
+    rate, water, total, pushed = 0.0, 0.0, 0.0, 0.0
     for beat in range(beats):
         rates[beat] = rate + noise[beat]
         error = wish[beat] - rates[beat]
@@ -41,18 +43,19 @@ def sailed(
         now = beat * hold * STEP
         for k in range(hold):
             water += -0.5 * STEP * water + STEP**0.5 * kicks[beat * hold + k]
-            acts = thrust(now) * commands[beat] + water + moment(now)
+            pushed += STEP / lag * (commands[beat] - pushed)
+            acts = thrust(now) * pushed + water + moment(now)
             rate += STEP / INERTIA * (acts - damping(now) * rate * (9.0 + 26.0 * abs(rate)))
     time: Array = hold * STEP * np.arange(beats, dtype=np.float64)
     return (time, rates), (time, commands)
 
 
-def found(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> list[ThrustChange]:
+def found(rate: tuple[Array, Array], torque: tuple[Array, Array], inertia: float = INERTIA) -> list[ThrustChange]:
     cells = CommandCells.of(rate, torque, -np.inf, np.inf, held=True)
     state, changes = ThrustState(), []
     for end in np.arange(WATCH_PERIOD_S, END_S, WATCH_PERIOD_S):
         seen = cells.take(cells.end <= end)
-        state, change = look(state, seen, INERTIA)
+        state, change = look(state, seen, inertia)
         if change is not None:
             changes.append(change)
     return changes
@@ -70,6 +73,23 @@ def test_thrust_that_is_lost_is_told_within_a_minute_and_so_is_its_return() -> N
     assert not lost.is_back
     assert back.is_back
     assert back.seen - (ONSET_S + FAULT_S) <= 60.0
+
+
+def test_rotors_that_lag_and_a_wrong_inertia_hide_no_loss() -> None:
+    """What is lost is a part of the thrust that usually acts, with its lag, whatever inertia was declared."""
+    lost, back = found(*sailed(thrust=lost_for_a_while, lag=0.3), inertia=1.9 * INERTIA)
+    assert lost.seen - ONSET_S <= 60.0
+    assert lost.level[0] == pytest.approx(0.5, abs=0.1)
+    assert back.is_back
+    assert found(*sailed(lag=0.3), inertia=1.9 * INERTIA) == []
+
+
+def test_a_cell_lasts_about_as_long_as_a_command_is_held() -> None:
+    """A log of a hundred values a second holds five commands a second."""
+    time: Array = 0.01 * np.arange(1000.0, dtype=np.float64)
+    commands = np.random.default_rng(1).normal(size=50).repeat(20)
+    cells = CommandCells.of((time, np.sin(time)), (time, commands), -np.inf, np.inf, held=True)
+    assert cells.length == pytest.approx(MIN_CELL_PERIODS * 0.2)
 
 
 @pytest.mark.slow
