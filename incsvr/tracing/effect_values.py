@@ -49,7 +49,8 @@ class Here:
 
     def share(self, theta: Theta) -> float:
         """The power of a row r |r| of coefficient one in that of the damping."""
-        return self.drag_power / max(sum(theta[key] * each for key, each in self.power.items()), 1e-300)
+        taken = sum(theta[key] * each for key, each in self.power.items())
+        return self.drag_power / max(taken, 1e-9 * self.drag_power)  # a damping that takes nothing has no share
 
     def width(self, name: str) -> float:
         """The width of the first factor of a row: an instant, a frequency or a mean."""

@@ -31,13 +31,12 @@ def waves(late: float, seed: int = 11) -> Run:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("late", "named"), [(0.0, []), (0.2, ["torque_delay"])])
+@pytest.mark.parametrize(("late", "named"), [(0.0, []), (0.4, ["torque_delay"])])
 def test_what_smooths_the_noise_is_no_lag(late: float, named: list[str]) -> None:
     found = trace([waves(late)], inertia=INERTIA_KG_M2)
     assert [effect.effect for effect in found.effects] == named
-    assert [effect.interval["delay_s"][0] < late < effect.interval["delay_s"][1] for effect in found.effects] == [
-        True for _ in named
-    ]
+    for effect in found.effects:
+        assert effect.interval["delay_s"][0] < late < effect.interval["delay_s"][1]
 
 
 def test_a_level_keeps_steps_and_a_slope_keeps_corners() -> None:
