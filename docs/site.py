@@ -17,7 +17,7 @@ from collections import defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-LINK = re.compile(r"(\]\()([^)#\s:]+)((?:#[^)\s]*)?\))")
+LINK = re.compile(r"(\]\(|src(?:set)?=\")([^)#\s:\"]+)((?:#[^)\s]*)?[)\"])")
 ALWAYS_BUILT = tuple(ROOT / name for name in ("CHANGELOG.md", "CONTRIBUTING.md", "deploy/README.md"))
 """Pages of the navigation that no other page need lead to."""
 PUBLIC = ("incsvr", "service.inputs", "service.logs", "service.wire")

@@ -31,6 +31,8 @@ from viewer.drawing import (
     svg,
 )
 
+WITHOUT, WITH = "without the effects", "with the effects"
+"""What lines before and after a trace are called."""
 BAND_SHARE = 0.9
 """Part of the samples of a bin that the band around them holds."""
 
@@ -135,7 +137,7 @@ def residual_against(name: str, x: Array, before: Array, after: Array, axis: Axi
         axes = figure.subplots()
         bounds = edges(x)
         axes.axhline(0.0, color="#555555", linewidth=0.8)
-        shown = ((before, BEFORE, "--", "s", "before"), (after, AFTER, "-", "o", "after"))
+        shown = ((before, BEFORE, "--", "s", WITHOUT), (after, AFTER, "-", "o", WITH))
         for residual, colour, style, mark, label in shown[1:] if np.array_equal(before, after) else shown:
             centre, low, middle, high = binned(x, residual, bounds)
             axes.fill_between(centre, low, high, color=colour, alpha=0.13, linewidth=0)
@@ -145,7 +147,7 @@ def residual_against(name: str, x: Array, before: Array, after: Array, axis: Axi
         axes.set_ylim(-reach, reach)
         axes.set_xlabel(words.fill(UNITS[name]) if name in UNITS else name.replace("_", " "))
         axes.set_ylabel(f"residual [{words.effort_unit}]")
-        axes.legend(loc="best", ncols=2, handlelength=2.2)
+        axes.legend(loc="best", handlelength=2.2)
 
     return svg(draw, 3.4, 2.4)
 
@@ -169,8 +171,8 @@ def free_run(before: Errors, after: Errors, k: int, scale: float) -> list[Line]:
     lines = [Line("measured", after.time[k][here], after.measured[k][here])]
     nothing_added = np.array_equal(before.simulated[k], after.simulated[k]) if k < len(before.time) else False
     for time, simulated in [] if nothing_added else _same_motion(before, after, k, begin, end):
-        lines.append(Line("before" if len(lines) == 1 else None, time, simulated, BEFORE, "--", 1.3))
-    return [*lines, Line("after", after.time[k][here], after.simulated[k][here], AFTER, width=1.5)]
+        lines.append(Line(f"simulated {WITHOUT}" if len(lines) == 1 else None, time, simulated, BEFORE, "--", 1.3))
+    return [*lines, Line(f"simulated {WITH}", after.time[k][here], after.simulated[k][here], AFTER, width=1.5)]
 
 
 def _same_motion(before: Errors, after: Errors, k: int, begin: float, end: float) -> list[tuple[Array, Array]]:
@@ -195,8 +197,8 @@ def damping_curves(declared: TracedModel, traced: TracedModel, pictures: Picture
     rate = rate[kept]
     samples = traced.damping_at(rate) + pictures.residual_after[kept]
     curves = (
-        Curve("before", declared.rate, declared.damping, BEFORE, "--"),
-        Curve("after", traced.rate, traced.damping, AFTER, "-"),
+        Curve(WITHOUT, declared.rate, declared.damping, BEFORE, "--"),
+        Curve(WITH, traced.rate, traced.damping, AFTER, "-"),
     )
     nothing_added = np.array_equal(declared.damping, traced.damping)
     return damping_chart(curves[1:] if nothing_added else curves, rate, samples, axis)

@@ -115,7 +115,7 @@ def draw(model: Model, axes: Axes, step: float = 9.0) -> dict[str, Lines]:
     return {
         "function": known,
         "tube": [run + side * tube for run in known for side in (-1.0, 1.0)],
-        "uncertainty": _hatch(curve, 1.96 * said.sigma, axes),
+        "uncertainty": _hatched(curve, 1.96 * said.sigma, axes),
         "extrapolation": [dash for each in broken for dash in each],
         "trained_range": [dot for at in (low, high) for dot in _upright(at, axes)],
     }
@@ -128,12 +128,17 @@ def runs(curve: Floats, chosen: NDArray[np.bool_]) -> list[Floats]:
     return [part for part, wanted in parts if wanted[0] and len(part) > 1]
 
 
-def _hatch(curve: Floats, doubt: Floats, axes: Axes) -> list[Floats]:
-    """The area within ±doubt (n,) [N m] of the curve (n, 2), on the axes: its two edges and strokes between them."""
+def _hatched(curve: Floats, doubt: Floats, axes: Axes) -> list[Floats]:
+    """The area within ±doubt (n,) [N m] of the curve (n, 2), on the axes."""
     if not np.isfinite(doubt).all():
         return []
     rate, damping = curve.T
-    below, above = (np.column_stack((rate, np.clip(damping + side * doubt, -axes.y, axes.y))) for side in (-1.0, 1.0))
+    ends = (np.column_stack((rate, np.clip(damping + side * doubt, -axes.y, axes.y))) for side in (-1.0, 1.0))
+    return hatch(*ends)
+
+
+def hatch(below: Floats, above: Floats) -> list[Floats]:
+    """The area between two curves (n, 2): both, and strokes between them."""
     # One line runs through all strokes: up the first, along the edge, down the second, along the other edge, and on.
     strokes = np.stack((below, above), axis=1)
     strokes[1::2] = strokes[1::2, ::-1]

@@ -10,7 +10,7 @@ import rerun.blueprint as rrb
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import AxisWords, words_of
 from service.wire import SETS
-from viewer import learning, palette, xy_plot
+from viewer import learning, palette, thrust, xy_plot
 from viewer.compare import SHOWN
 from viewer.frame import VEHICLE_TIME
 from viewer.names import channel
@@ -57,12 +57,12 @@ def blueprint(*, channels: Sequence[str] = (), axis: Axis = YAW) -> rrb.Blueprin
     )
 
 
-def _axes_view(words: AxisWords, contents: Sequence[str], path: str) -> rrb.Spatial2DView:
+def _axes_view(name: str, contents: Sequence[str], path: str) -> rrb.Spatial2DView:
     """An XY plot: the whole axes in sight, their picture out of the pointer's way."""
     return rrb.Spatial2DView(
         origin="/",
         contents=[f"+ /{each}" for each in (path, *contents)],
-        name=f"Damping over {words.rate}",
+        name=name,
         background=palette.BACKGROUND,
         visual_bounds=rrb.VisualBounds2D(x_range=[0, xy_plot.WIDTH], y_range=[0, xy_plot.HEIGHT]),
         overrides={path: rrb.EntityBehavior(interactive=False)},
@@ -73,7 +73,7 @@ def _learning(words: AxisWords) -> rrb.Horizontal:
     sets = [f"learning/{name}" for name in (*SETS, *learning.CURVES)]
     tables = [_text("learning/table", "This iteration"), _text("learning/samples", "Its samples")]
     return rrb.Horizontal(
-        _axes_view(words, sets, "learning/axes"),
+        _axes_view(f"Damping over {words.rate}", sets, "learning/axes"),
         rrb.Vertical(
             rrb.Horizontal(*tables, column_shares=[1.35, 1.0]),
             *_streams(words),
@@ -86,7 +86,7 @@ def _learning(words: AxisWords) -> rrb.Horizontal:
 
 
 def _compare(words: AxisWords) -> rrb.Horizontal:
-    curves = _axes_view(words, SHOWN, "learning/compare_axes")
+    curves = _axes_view(f"Damping over {words.rate}", SHOWN, "learning/compare_axes")
     compared = _text("learning/compared", "Compared")
     return rrb.Horizontal(curves, compared, column_shares=[1.55, 1.0], name="Before and after")
 
@@ -118,7 +118,9 @@ def _effects(words: AxisWords) -> rrb.Horizontal:
         _plot("effects/torque", f"{words.effort_title}, with the effects [{words.effort_unit}]"),
         _plot("effects/parts", f"What each part takes of the predicted {words.effort} [{words.effort_unit}]"),
     )
-    return rrb.Horizontal(_text("effects/ledger", "Traced effects"), plots, column_shares=[1.0, 1.8], name="Effects")
+    curve = _axes_view("Thrust over command", thrust.SHOWN, "effects/thrust/axes")
+    ledger = _text("effects/ledger", "Traced effects")
+    return rrb.Horizontal(ledger, curve, plots, column_shares=[1.0, 1.2, 0.8], name="Effects")
 
 
 def _health(words: AxisWords) -> rrb.Horizontal:

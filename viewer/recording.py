@@ -18,6 +18,7 @@ from viewer.learning import LearningPage, signs
 from viewer.names import channel, effect
 from viewer.pages import CHANNELS, blueprint
 from viewer.recorder import Look, Recorder
+from viewer.thrust import ThrustPlot
 
 HEALTH_S = 5.0
 COLLECTING = "# Collecting the first samples\n\nThe first iteration comes when a batch is complete."
@@ -54,6 +55,7 @@ class Recording:
         self._drawn: dict[str, tuple[float, float]] = {}  # by page the ends of the newest batch that is logged [s]
         self._learning = LearningPage(recorder, rate)
         self._compare = ComparePage(recorder, choice)
+        self._thrust = ThrustPlot(recorder)
         states = rr.StateConfiguration(
             values=[*texts.LEVELS, AWAY],
             labels=[*texts.LEVELS.values(), "LEARNER AWAY"],
@@ -76,6 +78,7 @@ class Recording:
         if self._ledger is not None:
             # What was said before the first iteration stands on the clock on the wall alone.
             recorder.write("effects/ledger", texts.ledger(self._ledger, recorder.words))
+            self._thrust.log(self._ledger)
             self._ledger = None
         recorder.write("learning/table", texts.iteration(frame, recorder.words))
         recorder.write("learning/samples", texts.samples(frame, {name: signs()[name].text for name in SETS}))

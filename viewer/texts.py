@@ -99,7 +99,7 @@ def health(said: Health, axis: AxisWords = YAW_WORDS) -> str:
         *(f"- {reason[:1].upper()}{reason[1:]}." for reason in said.reasons),
         "" if said.reasons else "Nothing to report.",
         f"\n**Learned: {100 * said.learned:.0f} % of the {axis.rate} range** · iteration {said.iteration} · "
-        f"revision {said.revision} · started as {said.boot}\n",
+        f"revision {said.revision} · boot {said.boot}\n",
         *table(("Stream", "Samples", "Lost", "Newest"), streams),
         "",
         *table(("Counter", "Since start"), counters),

@@ -170,6 +170,10 @@ def causes(seen: Window, sigma: float, largest: float, largest_rate: float) -> C
     colour = _correlation(whole.rest[int(np.argmax(np.append(whole.said.odds, 0.0)))])
     fits = [_Fit.of(seen, age, mean, spread, sigma, colour) for age in ages]
     odds, names = np.array([fit.said.odds for fit in fits]), np.array(NAMES)
+    for row, age in zip(odds, ages, strict=True):  # a delay shows only where the torque that came later was recorded
+        later = seen.time[-age:] + DELAYS_S[:, None]
+        recorded = np.count_nonzero((later >= seen.time.min()) & (later <= seen.time.max()), axis=1)
+        row[names == "lag"] -= np.where(recorded < AGES[0], np.inf, 0.0)
     each = {}
     for name in dict.fromkeys(NAMES):
         own = np.flatnonzero(names == name)

@@ -201,9 +201,13 @@ def _thrust(
     spans: Mapping[str, tuple[float, float]],
     source: Fit,
     other: Shape | None,
+    count: int = 21,  # commands a tenth of the largest apart
 ) -> tuple[tuple[float, float, float, float], ...]:
-    """The thrust that a curve makes of the largest command either way, rounded up, with its interval [N m]; empty for
-    effects that are no curve of the command. Where an effect has another shape the interval contains that, too."""
+    """The thrust that a curve makes of commands up to the largest either way, rounded up, with its interval [N m].
+
+    It is empty for effects that are no curve of the command. Where an effect has another shape the interval contains
+    that, too.
+    """
     kind, _, axis = name.partition("@")
     if kind not in CURVES:
         return ()
@@ -213,12 +217,7 @@ def _thrust(
     ((key, value),) = parameters.items()
     shapes: list[tuple[str, Sequence[float]]] = [(kind, (value, *spans[key]))]
     shapes += [] if other is None else [other]
-    found = []
-    for command in (-full, full):
-        made = [
-            float(Stage(**{stage: each}).static(np.array([command]), top)[0])
-            for stage, sizes in shapes
-            for each in sizes
-        ]
-        found.append((command, made[0], min(made[1:]), max(made[1:])))
-    return tuple(found)
+    commands = np.linspace(-full, full, count)
+    made = np.array([Stage(**{stage: each}).static(commands, top) for stage, sizes in shapes for each in sizes])
+    rows = np.column_stack((commands, made[0], made[1:].min(axis=0), made[1:].max(axis=0)))
+    return tuple((command, thrust, low, high) for command, thrust, low, high in rows.tolist())

@@ -34,8 +34,8 @@ class Finding:
         cannot_tell_from: alternatives that explain these recordings as well.
         next_manoeuvre: what a log must show to distinguish them; empty where it can name the effect.
         sentence: for people.
-        thrust: of an effect between command and thrust, at the largest command either way, rounded up: command, thrust
-            and the ends of its 95 % interval [N m].
+        thrust: of an effect between command and thrust, at commands up to the largest either way, rounded up: command,
+            thrust and the ends of its 95 % interval [N m].
     """
 
     effect: str

@@ -16,6 +16,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
+from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE
@@ -127,7 +128,7 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
         rows = (
             (f"rate {words.rate_unit}", rates, 3),
             (f"damping {words.effort_unit}", curve.damping, 3),
-            (f"± {words.effort_unit}", curve.sigma, 2),
+            ("± (95 %)", NORMAL_95_DEVIATIONS * curve.doubt, 2),
         )
         for label, values, digits in rows:
             facts.add_row("", f"{label:<12s}" + "".join(f"{value:>10.{digits}g}" for value in values))

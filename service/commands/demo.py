@@ -43,7 +43,7 @@ TIMEOUT_S = 40.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--out", metavar="DIR", type=Path, default=Path("out"), help="folder of the recording (default out)")
-    add("--speed", type=float, default=25.0, help="speed over the vehicle's own (default 25)")
+    add("--speed", type=float, default=60.0, help="speed over the vehicle's own (default 60)")
     add("--seed", type=int, default=1, help="selects the effect of the third act (default 1)")
     log = "only write a log of five minutes of a simulated vehicle, to try fit and trace on"
     add("--log", metavar="FILE.csv", type=destination, help=log)
@@ -112,6 +112,9 @@ def _demo(out: Path, speed: float, seed: int, people: TextIO) -> dict[str, Any]:
         values |= {"tracing.live": "advise", "tracing.window": "400", "tracing.proof": "60"}  # of 800 s
         settings = (word for name, value in values.items() for word in ("--set", f"{name}={value}"))
         learner = _start(stack, out, "serve", *settings)
+        if viewed := find_spec("viewer.view") is not None and find_spec("rerun") is not None:
+            compared = ("--compare", "14", "25")  # the last iterations without and with the hull, as in Fig. 8
+            viewer = _start(stack, out, "view", "--headless", f"--save={recording}", "--connect", endpoint, *compared)
         _wait(lambda: "ready: " in (out / "serve.log").read_text(encoding="utf-8"), out, serve=learner)
         said = f"Leng is played {speed:g} times as fast. The cover is mounted at {hull:.0f} s; after {third:.0f} s\n"
         said += "the simulator switches on an effect that its seed selects, at a hidden instant.\n"
@@ -120,9 +123,7 @@ def _demo(out: Path, speed: float, seed: int, people: TextIO) -> dict[str, Any]:
         bus = stack.enter_context(bus_client(Config(bus=Bus(connect=endpoint)), TIMEOUT_S))
         listen = bus.session.declare_subscriber
         listen(bus.keys.iteration, lambda put: say(iteration_line(decode(IterationReport, put.payload.to_bytes()))))
-        if viewed := find_spec("viewer.view") is not None and find_spec("rerun") is not None:
-            compared = ("--compare", "14", "25")  # the last iterations without and with the hull, as in Fig. 8
-            viewer = _start(stack, out, "view", "--headless", f"--save={recording}", "--connect", endpoint, *compared)
+        if viewed:
             _wait(lambda: "viewer ready" in (out / "view.log").read_text(encoding="utf-8"), out, view=viewer)
         act = ("--underway", str(seed), "--truth", str(truth))
         player = _start(stack, out, "simulate", "--connect", endpoint, "--speed", str(speed), "--patient", *act)

@@ -39,9 +39,10 @@ def _sizes(finding: Mapping[str, Any], truth: Mapping[str, Any]) -> list[dict[st
     """Each size that was found, its 95 % interval and the true one; it holds within that or a thrust table's error."""
     if truth["thrust_nm"]:
         commands, made = zip(*truth["thrust_nm"], strict=True)
+        rows = list(finding.get("thrust_nm", ()))
         sizes = [
             (f"thrust at {command:g} N m commanded", *found, float(np.interp(command, commands, made)), command)
-            for command, *found in finding.get("thrust_nm", ())
+            for command, *found in (rows[:1] + rows[1:][-1:])
         ]
     else:
         sizes = [
@@ -79,7 +80,9 @@ def _judgement(act: Mapping[str, Any]) -> str:
         return f"In part: these data cannot distinguish what was found from {act['truth']['effect']}."
     if not all(size["holds"] for size in act["sizes"]):
         return "In part: the effect is the true one, its size is not."
-    steps = [each["t"] for each in act["history"] if each["step"] in ("suspected", "proven")]
-    after = next(t for t in steps if t > act["begins"]) - act["truth"]["since"]
-    proven = "proven since" if act["proven"] else "not proven on fresh data until the end"
-    return f"Correct: first suspected {after:.0f} s after it began, and {proven}."
+    since, begins = act["truth"]["since"], act["begins"]
+    steps = [(each["step"], each["t"] - since) for each in act["history"] if each["t"] > begins]
+    first = next(after for step, after in steps if step in ("suspected", "proven"))
+    proved = [f"proven after {after:.0f} s" for step, after in steps if step == "proven" and act["proven"]]
+    proven = proved[0] if proved else "not proven on fresh data"
+    return f"Correct: first suspected {first:.0f} s after it began, {proven}."

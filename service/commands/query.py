@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from incsvr.errors import BadInput
+from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
 from incsvr.numerics.plain import to_plain
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
@@ -38,10 +39,14 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-HEADS = (("{rate} [{rate_unit}]", 16), ("damping [{effort_unit}]", 13), ("± sigma [{effort_unit}]", 13))
-"""Heads of the columns, templates of `AxisWords`, and their least widths in characters."""
-FURTHER_HEADS = {"doubt": ("± doubt [{effort_unit}]", 13), "derivative": ("derivative [{linear_unit}]", 22)}
-"""Heads of the fields that an older learner does not give."""
+HEADS = {
+    "damping": ("damping [{effort_unit}]", 13, 1.0),
+    "doubt": ("± (95 %) [{effort_unit}]", 13, NORMAL_95_DEVIATIONS),
+    "sigma": ("samples ± (95 %) [{effort_unit}]", 13, NORMAL_95_DEVIATIONS),
+    "derivative": ("derivative [{linear_unit}]", 22, 1.0),
+}
+"""By field: the head of its column, a template of `AxisWords`; its least width in characters; the factor of its values.
+An older learner does not give all."""
 
 
 def velocities(given: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dict[str, list[float]]]:
@@ -110,17 +115,15 @@ def not_learned(reply: DampingReply, learned: tuple[float, float] | None, axis: 
 
 def table(reply: DampingReply, axis: Axis = YAW) -> str:
     """The answer for people."""
-    given = (*HEADS, *(head for name, head in FURTHER_HEADS.items() if getattr(reply, name)))
-    heads = [(words_of(axis).fill(head), width) for head, width in given]
-    heads[1:1] = [(name, 10) for name in reply.others]
-    lines = ["   ".join(f"{head:>{width}s}" for head, width in heads)]
-    velocities_asked = zip(reply.rate, *reply.others.values(), strict=True)
-    moments = [each for each in (reply.damping, reply.sigma, reply.doubt, reply.derivative) if each]
-    for velocity, answer, extrapolated in zip(
-        velocities_asked, zip(*moments, strict=True), reply.extrapolated, strict=True
-    ):
-        note = "   extrapolated" if extrapolated else ""
-        texts = (*(f"{each:.4f}" for each in velocity), *(f"{each:.2f}" for each in answer))
-        cells = zip(texts, heads, strict=True)
-        lines.append("   ".join(f"{cell:>{max(width, len(head))}s}" for cell, (head, width) in cells) + note)
+    asked = {"{rate} [{rate_unit}]": reply.rate, **reply.others}
+    columns = [(head, 16, [f"{each:.4f}" for each in values]) for head, values in asked.items()]
+    for name, (head, width, factor) in HEADS.items():
+        if values := getattr(reply, name):
+            columns.append((head, width, [f"{factor * each:.2f}" for each in values]))
+    aligned = []
+    for template, width, texts in columns:
+        head = words_of(axis).fill(template)
+        aligned.append([f"{text:>{max(width, len(head))}s}" for text in (head, *texts)])
+    notes = ("", *("   extrapolated" if each else "" for each in reply.extrapolated))
+    lines = ["   ".join(cells) + note for *cells, note in zip(*aligned, notes, strict=True)]
     return "\n".join([*lines, f"iteration {reply.iteration}, revision {reply.revision}"])

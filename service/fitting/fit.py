@@ -256,7 +256,7 @@ class Fit:
         )
         gyro = use_without_gyro(words)
         if final is None:
-            why = "these data were learned; give a log that was not with --validate"
+            why = "these data were learned; validate with a log that was not"
             judged = (unknown("feed-forward", MAX_TORQUE_SHARE, why), unknown(gyro, MAX_MOTION_SHARE, why))
         else:
             free = without_gyro(run.model, run.zero, run.hold, words)

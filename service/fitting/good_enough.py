@@ -60,11 +60,12 @@ def without_gyro(model: float | None, zero: float, hold: float, words: AxisWords
     use, least = use_without_gyro(words), min(zero, hold)
     if model is None or least <= 0.0:
         return Use(use, math.inf, MAX_MOTION_SHARE, "the simulated motion runs away")
-    share, drift = model / least, AHEAD_S * model
-    turned = f"{math.degrees(drift):.2g}°" if words.rate_unit == "rad/s" else f"{drift:.2g} m"
+    share = model / least
+    scale, unit = (math.degrees(1.0), "°") if words.rate_unit == "rad/s" else (1.0, " m")
+    turned, without = (f"{float(f'{AHEAD_S * scale * each:.2g}'):g}{unit}" for each in (model, least))
     why = (
         f"{_percent(share)} of the error without a model (at most {_percent(MAX_MOTION_SHARE)}), "
-        f"up to {turned} RMS after {AHEAD_S:g} s"
+        f"up to {turned} RMS after {AHEAD_S:g} s, not {without}"
     )
     return Use(use, share, MAX_MOTION_SHARE, why)
 

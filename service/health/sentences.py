@@ -83,7 +83,9 @@ MAX_BEYOND_PART = 0.1
 
 def extrapolation_sentence(node: LearnerNode) -> str | None:
     """Most of the newest samples are where the model only extrapolates."""
-    rates, served, words = np.array(node.batches.recent_rates), node.served.model, node.words
+    served, newest, words = node.served.model, node.batches.newest, node.words
+    several = served.several is not None
+    rates = newest.yaw_rate if several else np.array(node.batches.recent_rates)
     if not rates.size or not served.is_trained:
         return None
     low, high = served.trained_range or (0.0, 0.0)
@@ -93,11 +95,11 @@ def extrapolation_sentence(node: LearnerNode) -> str | None:
         inside = np.clip(rate, low, high)
         return np.where(np.abs(rate - inside) <= MAX_BEYOND_PART * (high - low), inside, rate)
 
-    newest, several = node.batches.newest, served.several is not None
     said = served.at(replace(newest, yaw_rate=within(newest.yaw_rate))) if several else served.predict(within(rates))
-    if 2 * np.count_nonzero(said.extrapolated) <= said.extrapolated.size:
+    beyond = rates[said.extrapolated]
+    if 2 * beyond.size <= rates.size:
         return None
     return (
-        f"the vehicle {words.turns} at {rates[-1]:.3g} {words.rate_unit}, where the model extrapolates "
+        f"the vehicle {words.turns} at {beyond[-1]:.3g} {words.rate_unit}, where the model extrapolates "
         f"(learned {low:.3g} to {high:.3g} {words.rate_unit}{', among other velocities' if several else ''})"
     )

@@ -249,8 +249,8 @@ def samples_of(
     samples = samples.take(samples.known(inputs))
     if len(samples) == 0:
         refuse_bursts(recording)
-        reasons = pauses(recording, signals.longest_pause) or [f"it is shorter than {2 * signals.reach:g} s"]
-        raise BadInput(
-            f"{recording.name}: not one damping sample; {'; '.join(reasons)}; record faster, or allow longer gaps"
-        )
+        gaps = pauses(recording, signals.longest_pause)
+        reasons = gaps or [f"it is shorter than {2 * signals.reach:g} s"]
+        cure = "record faster, or allow longer gaps" if gaps else "record longer"
+        raise BadInput(f"{recording.name}: not one damping sample; {'; '.join(reasons)}; {cure}")
     return samples, rejected

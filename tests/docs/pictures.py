@@ -6,8 +6,10 @@ import json
 import shutil
 import subprocess
 import sys
+import textwrap
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -17,12 +19,18 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import imread, imsave
 
 import incsvr
 from incsvr.errors import BadInput
 from incsvr.forecasting.over_recordings import FitPictures
 from incsvr.numerics import Array
 from service.bus.session import free_endpoint
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
+from simulator.dive_log import dives, write_dive
+from simulator.leng_at_sea import write_log
+from simulator.vehicles import BODIES
 from tests.viewer.screen import on_screen
 from viewer.drawing import AFTER, BEFORE, MEASURED, STYLE
 
@@ -41,6 +49,12 @@ LOGS = Path("docs/logs")
 DPI = 150
 RATE_BINS = 14
 """Bins of the yaw rate for the means of the samples."""
+DIVE_S, FOULED = 300.0, 1.25
+"""Length of the dives that are compared [s]; their drags from the third on, as a part of the first."""
+STUCK_S, SERVED_AT = (150.0, 195.0), 0.2
+"""When the gyro of the picture of health repeats a value [s]; the yaw rate whose damping is drawn [rad/s]."""
+DARK: Array = np.array([13.0, 17.0, 23.0]) / 255.0
+"""The page that the dark pictures are made for: GitHub's."""
 
 
 def main(recording: Path, folder: Path) -> int:
@@ -54,7 +68,8 @@ def main(recording: Path, folder: Path) -> int:
             screen.show("Before and after")
             screen.save(folder / "before-and-after.png")
         draw_cover(recording.parent, folder / "cover.png")
-        draw_notebook(LOGS, folder)
+        draw_results(folder)
+        draw_health(folder / "health.png")
         draw_page(folder / "page.png")
     except BadInput as error:
         print(f"pictures: {error}", file=sys.stderr)
@@ -62,11 +77,67 @@ def main(recording: Path, folder: Path) -> int:
     return 0
 
 
-def draw_notebook(logs: Path, folder: Path) -> None:
-    """What the cells of the tutorial on a notebook draw: the damping with its doubt, and a free run on unseen data."""
-    run, unseen, inertia = logs / "rov.csv", logs / "rov_2.csv", 0.6
-    incsvr.fit(run, validate=unseen, inertia=inertia).plot().savefig(folder / "damping.png", dpi=DPI)
-    incsvr.trace(run, validate=unseen, inertia=inertia).plot().savefig(folder / "free_run.png", dpi=DPI)
+def draw_results(folder: Path) -> None:
+    """What `plot()` of each result draws: the damping with its doubt, a free run on unseen data, axes, and dives."""
+    run: dict[str, Any] = {"inertia": 0.6, "validate": LOGS / "rov_2.csv"}
+    boat = BODIES["boat"](np.random.default_rng(1))
+    fouled = replace(boat, linear=FOULED * boat.linear, quadratic=FOULED * boat.quadratic)
+    with TemporaryDirectory() as place:
+        rov = [Path(place, f"rov_{seed}.csv") for seed in (1, 2)]
+        for seed, path in enumerate(rov):
+            write_dive(path, "rov", seed + 1)
+        months = [Path(place, f"{month}.csv") for month in ("april", "may", "june", "july")]
+        for path, log in zip(months, dives([boat, boat, fouled, fouled], DIVE_S, 1), strict=True):
+            write(path, Recording(path.stem, log))
+        results = {
+            "damping": incsvr.fit(LOGS / "rov.csv", **run),
+            "free_run": incsvr.trace(LOGS / "rov.csv", **run),
+            "axes": incsvr.identify(rov[0], validate=rov[1]),
+            "dives": incsvr.compare(months),
+        }
+    for name, result in results.items():
+        _keep(result.plot(), folder / f"{name}.png")
+
+
+def draw_health(picture: Path) -> None:
+    """A gyro that repeats one value: when the learner pauses and why, and what it serves meanwhile."""
+    with TemporaryDirectory() as place:
+        log = Path(place, "leng.csv")
+        write_log(log, 1)
+        time, rate, torque = np.genfromtxt(log, delimiter=",", skip_header=1, unpack=True)
+    begin, end = np.searchsorted(time, STUCK_S)
+    rate[begin:end][np.isfinite(rate[begin:end])] = rate[:begin][np.isfinite(rate[:begin])][-1]
+    learner, served = incsvr.Learner(inertia=INERTIA, config=Path("config.yaml")), []
+    for now, *measured in zip(time, rate, torque, strict=True):
+        learner.push(now, *measured)
+        if learner.model.is_trained:
+            at = learner.damping(SERVED_AT)
+            served.append((now, float(at.damping[0]), 1.96 * float(at.doubt[0]), learner.paused))
+    known, (when, damping, doubt, why) = np.isfinite(rate), zip(*served, strict=True)
+    paused = np.array([each is not None for each in why])
+    with rc_context(STYLE | {"font.size": 12, "legend.fontsize": 12}):
+        figure = Figure(figsize=(8.0, 5.0), layout="constrained")
+        above, below = figure.subplots(2, 1, sharex=True)
+        above.plot(time[known], rate[known], color=MEASURED, linewidth=1.1, label="measured: the gyro stops for 45 s")
+        above.set(ylabel="yaw rate r [rad/s]", ylim=(-0.22, 0.39))
+        low, high = np.subtract(damping, doubt), np.add(damping, doubt)
+        below.fill_between(when, low, high, color=AFTER, alpha=0.25, linewidth=0)
+        below.plot(when, damping, color=AFTER, linewidth=1.8, label=f"damping served at {SERVED_AT} rad/s, 95 %")
+        below.set(xlabel="time t [s]", ylabel="damping d [N m]", ylim=(0.0, 140.0))
+        for axes in (above, below):
+            shade = {"color": BEFORE, "alpha": 0.15, "linewidth": 0, "label": "learning paused"}
+            axes.fill_between(when, 0.0, 1.0, paused, transform=axes.get_xaxis_transform(), **shade)
+            axes.legend(loc="upper left", ncols=2)
+        figure.suptitle(textwrap.fill(f"health: {next(filter(None, why))}", 70), fontsize=12)
+    _keep(figure, picture)
+
+
+def _keep(figure: Figure, picture: Path) -> None:
+    """The figure for a light page, and for a dark one: of each colour the lightness turns round, the hue stays."""
+    figure.savefig(picture, dpi=DPI)
+    light = imread(picture)[..., :3]
+    turned = light + 1.0 - (light.max(axis=-1, keepdims=True) + light.min(axis=-1, keepdims=True))
+    imsave(picture.with_stem(f"{picture.stem}-dark"), DARK + (1.0 - DARK) * turned)
 
 
 def draw_cover(folder: Path, picture: Path) -> None:
@@ -80,7 +151,7 @@ def draw_cover(folder: Path, picture: Path) -> None:
     learned = {name: _learned(folder / f"{run}.csv") for name, (run, _) in RUNS.items()}
     fastest = min(max(abs(end) for end in each.model.trained_range or (0.0, 0.0)) for each in learned.values())
     rate: Array = np.linspace(0.0, fastest, 201, dtype=np.float64)
-    with rc_context(STYLE | {"savefig.dpi": DPI, "font.size": 13, "legend.fontsize": 12}):
+    with rc_context(STYLE | {"font.size": 13, "legend.fontsize": 12}):
         figure = Figure(figsize=(10.0, 4.4), layout="constrained")
         left, right = figure.subplots(1, 2)
         _curves(left, rate, learned)
@@ -88,7 +159,7 @@ def draw_cover(folder: Path, picture: Path) -> None:
         for axes in (left, right):
             axes.set(xlabel="Yaw rate r [rad/s]", xlim=(0.0, rate[-1]))
             axes.legend(loc="upper left")
-        figure.savefig(picture)
+    _keep(figure, picture)
 
 
 def _learned(run: Path) -> FitPictures:
@@ -157,7 +228,7 @@ def draw_page(picture: Path) -> None:
         raise BadInput(f"{picture} is not drawn: no browser is installed (chromium)")
     with TemporaryDirectory() as folder, ExitStack() as stack:
         bus, page = free_endpoint(), f"http://{free_endpoint().removeprefix('tcp/')}/"
-        settings = ("--set", f"state={folder}/state", "--set", "learner.policy=weighted", "--set", "learner.gamma=30")
+        settings = ("--set", f"state={folder}/state", "--set", "learner.policy=weighted")
         for words in (
             ("serve", "--listen", bus, *settings),
             ("page", "--connect", bus, "--port", page.rpartition(":")[2].rstrip("/")),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import incsvr
+from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
 from incsvr.learning.model import Model
 from service import wire
 from service.commands.query import table
@@ -47,7 +48,8 @@ def test_the_same_rate_asked_everywhere_gives_the_same_figures(tmp_path: Path) -
     drawn = model.predict(page["rate"])
     assert [page["sigma"], page["doubt"]] == [drawn.sigma.tolist(), drawn.doubt.tolist()]
     assert {served.noise, served.to_dict()["sigma"], page["noise"], exported["noise"]} == {model.sigma}
-    assert table(reply).splitlines()[1].split()[1:4] == [f"{each[0]:.2f}" for each in expected[1:]]
+    printed = (said.damping[0], NORMAL_95_DEVIATIONS * said.doubt[0], NORMAL_95_DEVIATIONS * said.sigma[0])
+    assert table(reply).splitlines()[1].split()[1:4] == [f"{each:.2f}" for each in printed]
 
 
 @pytest.mark.parametrize(

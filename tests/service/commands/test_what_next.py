@@ -26,13 +26,13 @@ def test_verdicts() -> None:
     free = without_gyro(0.01, 0.2, 0.1, YAW_WORDS)
     assert free.verdict == "yes"
     assert free.share == pytest.approx(0.1)
-    assert "up to 5.7° RMS after 10 s" in free.why
+    assert "up to 5.7° RMS after 10 s, not 57°" in free.why
     away = without_gyro(None, 0.2, 0.1, YAW_WORDS)
     assert (away.verdict, away.to_dict()["share"]) == ("no", None)
     assert noticing(0.4, "damping").verdict == "no"
     assert closed_loop("heading without a gyro", YAW_WORDS).verdict == "unknown"
     assert unknown("feed-forward", 0.5, "why").to_dict()["share"] is None
-    assert "1 m RMS after 10 s" in without_gyro(0.1, 1.0, 1.0, words_of(AXES["surge"])).why
+    assert "1 m RMS after 10 s, not 10 m" in without_gyro(0.1, 1.0, 1.0, words_of(AXES["surge"])).why
 
 
 @pytest.mark.parametrize(
