@@ -74,13 +74,19 @@ def predictor(
     return Predictor(converged(best, lags), reliability)
 
 
-def converged(found: Fit, lags: int = 4, least: float = 2.0, rounds: int = 5) -> Fit:
-    """The model fitted anew to errors whose colour is taken out, until that gains less than `least`."""
+def converged(
+    found: Fit,
+    lags: int = 4,
+    least: float = 2.0,  # of the logarithm of the likelihood: less decides nothing
+    rounds: int = 5,  # in which the colour of vehicles with an effect came to rest
+) -> Fit:
+    """The model fitted anew to errors whose remaining colour is taken out, until that gains no more than `least`."""
+    found = whitened(found, lags) if found.problem.colour is None else found
     for _ in range(rounds):
-        before, found = found, whitened(found, lags)
-        if found.problem.colour is not None and before.problem.colour is not None:
-            if found.value > before.value - least:
-                return min(found, before, key=lambda each: each.value)
+        new = whitened(found, lags)
+        if new.value > found.value - least:
+            return min(new, found, key=lambda each: each.value)
+        found = new
     return found
 
 

@@ -121,6 +121,8 @@ def search(
             new = joined(new, each.candidate)
         start = {name: value for each in best for name, value in each.candidate.start.items()}
         found = converged(fit(new, {**found.theta, **start}, found.problem, found.starts))
+        if len(best) == 1:
+            found = min(found, trials[best[0].name].fit, key=lambda each: each.value)
         before = list(added)
         added += best
         for each in before:  # an imitation is not needed any more beside what it imitated
@@ -234,12 +236,12 @@ def _rebased(
 def _best(trials: Mapping[str, Trial], found: Fit) -> list[Added]:
     """The best effect of each axis that convinces."""
     # Of two shapes the better one says how large the effect is, also where only the other one convinces.
-    convincing = [
+    sure = [
         max(each, trials.get(other_shape(name), each), key=lambda one: one.gain)
         for name, each in trials.items()
         if each.convinces
     ]
-    ofs = [[one for one in convincing if one.candidate.name.endswith(f"@{axis}")] for axis in found.structure.axes]
+    ofs = [[one for one in sure if one.candidate.name.endswith(f"@{axis}")] for axis in found.structure.axes]
     best = [_plainest(own) for own in ofs if own]
     others = [trials.get(other_shape(each.name)) for each in best]
     return [
