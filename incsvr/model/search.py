@@ -216,7 +216,7 @@ def _rebased(
     much that every trial has to begin there: what those gain without the effect is not the effect's."""
     changed = dict(trials)
     sure = [each for each in changed.values() if each.convinces]
-    if not sure:
+    if not sure or len(found.structure.axes) > 1:
         return found, changed, False
     best = min(sure, key=lambda each: each.fit.value)
     new = anew(best.fit.structure, best.fit.theta, best.fit)
@@ -267,9 +267,9 @@ def _plainest(trials: Sequence[Trial]) -> Added:
 
 
 def _fitted(candidate: Candidate, found: Fit) -> Fit:
-    """The candidate fitted, from several starts where one may end beside the best; its errors have their own colour.
+    """The candidate fitted, from several starts where one may end beside the best.
 
-    A free inertia begins with the stamps as they are, too, because a wrong inertia passes for a shift; a delay begins
+    On one axis its errors have their own colour. A free inertia begins with the stamps as they are, too, because a wrong inertia passes for a shift; a delay begins
     with the shift that was found, too.
     """
     starts: list[dict[str, float]] = [{}]
@@ -281,7 +281,8 @@ def _fitted(candidate: Candidate, found: Fit) -> Fit:
         fit(candidate.structure, {**found.theta, **candidate.start, **own}, found.problem, found.starts)
         for own in starts
     ]
-    return converged(min(fits, key=lambda each: each.value))
+    best = min(fits, key=lambda each: each.value)
+    return converged(best) if len(found.structure.axes) == 1 else best  # of several axes that takes minutes
 
 
 def _gains(found: Fit, new: Fit, enough: float) -> bool:
