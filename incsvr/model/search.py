@@ -269,8 +269,8 @@ def _plainest(trials: Sequence[Trial]) -> Added:
 def _fitted(candidate: Candidate, found: Fit) -> Fit:
     """The candidate fitted, from several starts where one may end beside the best.
 
-    On one axis its errors have their own colour. A free inertia begins with the stamps as they are, too, because a wrong inertia passes for a shift; a delay begins
-    with the shift that was found, too.
+    On one axis its errors have their own colour. A free inertia begins with the stamps as they are, too, because a
+    wrong inertia passes for a shift; a delay begins with the shift that was found, too.
     """
     starts: list[dict[str, float]] = [{}]
     if candidate.name.startswith("inertia@"):
