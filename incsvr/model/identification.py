@@ -268,11 +268,15 @@ def _simulators(plain: Fit, found: Found) -> dict[str, Fit]:
     """The plain model and that with effects, as simulators, with the inertia declared and free."""
     models = {"plain": plain}
     if found.added:
-        structure = replace(found.fit.structure, predictor=False)
-        problem = Problem(_as_cut(plain, found.fit.problem.windows.runs, structure))
-        new = {name: found.fit.theta[name] for name in structure.names}
+        runs, own = found.fit.problem.windows.runs, replace(found.fit.structure, predictor=False)
+        new = {name: found.fit.theta[name] for name in own.names}
         starts = (new, {**new, **{name: value for name, value in plain.theta.items() if name in new}})
-        models["effects"] = min((fit(structure, each, problem) for each in starts), key=lambda each: each.value)
+        trials = []
+        for way in WAYS:  # without its effects the model had hidden the way
+            structure = replace(own, ways=dict.fromkeys(own.driven, way))
+            problem = Problem(_as_cut(plain, runs, structure))
+            trials += [fit(structure, each, problem) for each in starts]
+        models["effects"] = min(trials, key=lambda each: each.value)
     for name, model in list(models.items()):
         given = model.structure.given
         if given:

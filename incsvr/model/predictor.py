@@ -20,12 +20,13 @@ from incsvr.model.series import duration, effort_of, noise, period, values
 from incsvr.model.structure import OF_PREDICTOR, Structure, Theta
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams, robust_deviation
-from incsvr.numerics.lapack import tridiagonal
+from incsvr.numerics.lapack import banded
 
 STARTS = ((0.3, 0.02), (0.9, 0.3))
 """Gains of a sample on the velocity and on the disturbance, per sample, of a noisy sensor and in rough water."""
-WALKS = (0.03, 0.1, 0.3, 1.0)
-"""How far an effort may walk from sample to sample, in deviations of its noise: the best predictor decides."""
+WALKS = ((1, 0.1), (1, 0.3), (1, 1.0), (2, 0.03), (2, 0.1), (2, 0.3))
+"""How an effort may walk: in its level, as steps do, or in its slope, as ramps and waves do; how far from sample to
+sample, in deviations of its noise. The best predictor decides."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def predictor(
     reliability = dict.fromkeys(structure.driven, 1.0)
     noisy = [axis for axis in structure.driven if _is_noisy(runs, effort_of(axis))]
     if noisy:
-        smoothed = [_smoothed(runs, [effort_of(axis) for axis in noisy], ratio) for ratio in WALKS]
+        smoothed = [_smoothed(runs, [effort_of(axis) for axis in noisy], *walk) for walk in WALKS]
         way, begins = (best.structure.ways[noisy[0]],), [{**best.theta, **shifts}]
         trials = [_begun(structure, begins, acting, step, horizon, way) for acting, _ in smoothed]
         which = int(np.argmin([each.value for each in trials]))
@@ -70,7 +71,34 @@ def predictor(
         if found.value < best.value - 10.0:  # the samples as they are, unless others clearly predict better
             best = found
             reliability |= dict(zip(noisy, smoothed[which][1], strict=True))
-    return Predictor(whitened(whitened(best, lags), lags), reliability)
+    return Predictor(converged(best, lags), reliability)
+
+
+def converged(
+    found: Fit,
+    lags: int = 4,
+    least: float = 2.0,  # of the logarithm of the likelihood: less decides nothing
+    rounds: int = 5,  # in which the colour of vehicles with an effect came to rest
+) -> Fit:
+    """The model fitted anew to errors whose remaining colour is taken out, until that gains no more than `least`."""
+    found = whitened(found, lags) if found.problem.colour is None else found
+    for _ in range(rounds):
+        new = whitened(found, lags)
+        if new.value > found.value - least:
+            return min(new, found, key=lambda each: each.value)
+        found = new
+    return found
+
+
+def anew(structure: Structure, theta: Theta, found: Fit) -> Fit:
+    """A model as a predictor from the best of the usual starts of its gains, whatever colour another fit has left."""
+    problem, axes = replace(found.problem, colour=None), structure.axes
+    sample = min(period(problem.windows.runs, axis) for axis in axes)
+    begun = [
+        fit(structure, {**theta, **_gains(axes, gain, drift / sample)}, problem, found.starts, rounds=4)
+        for gain, drift in STARTS
+    ]
+    return converged(_ended(min(begun, key=lambda each: each.value)))
 
 
 def _begun(
@@ -154,36 +182,43 @@ def _autoregression(found: Fit, axis: int, lags: int) -> Array:
     return np.asarray(np.linalg.solve(np.array(products)[apart], products[1:]))
 
 
-def _smoothed(runs: Sequence[Streams], names: Sequence[str], ratio: float) -> tuple[list[Streams], list[float]]:
+def _smoothed(
+    runs: Sequence[Streams], names: Sequence[str], order: int, ratio: float
+) -> tuple[list[Streams], list[float]]:
     """The runs with efforts as their own samples on both sides expect them, and the share of each's variance that acts.
 
     Args:
-        ratio: how far an effort usually walks from sample to sample, in deviations of its noise.
+        order: 1 where its level walks, 2 where its slope does.
+        ratio: how far that usually walks from sample to sample, in deviations of the effort's noise.
     """
     found, shares = [dict(run) for run in runs], np.ones((len(runs), len(names)))
     for run, each in zip(found, shares, strict=True):
         for k, name in enumerate(names):
             t, u = run[name]
             white = noise(u)
-            level = _level(u, white, ratio * white)
+            level = _level(u, white, ratio * white, order)
             run[name] = (t, level)
             each[k] = np.var(level) / (np.var(level) + white**2)
     return list(found), shares.min(axis=0).tolist()
 
 
-def _level(value: Array, noise: float, walk: float, rounds: int = 15) -> Array:
-    """(n,) a level that walks at random under noise, both with the tails of Student's t: steps stay, spikes do not.
+def _level(value: Array, noise: float, walk: float, order: int, rounds: int = 15) -> Array:
+    """(n,) a level whose differences of an order walk at random under noise, both with the tails of Student's t: steps
+    or corners stay, spikes do not.
 
-    A. C. Harvey, Forecasting, Structural Time Series Models and the Kalman Filter, Section 2.4.
+    A. C. Harvey, Forecasting, Structural Time Series Models and the Kalman Filter, Section 2.3.
     """
     level = value.copy()
     middle = np.median([value[:-2], value[1:-1], value[2:]], axis=0)
     level[1:-1] = middle
+    part = np.diff(np.eye(order + 1), order, axis=0)[0]  # of one difference: (−1, 1) or (1, −2, 1)
     for _ in range(rounds):
         of_value = 5.0 / (4.0 + ((value - level) / noise) ** 2) / noise**2
-        of_change = 5.0 / (4.0 + (np.diff(level) / walk) ** 2) / walk**2
-        diagonal = of_value.copy()
-        diagonal[:-1] += of_change
-        diagonal[1:] += of_change
-        level = tridiagonal(diagonal, -of_change, of_value * value)
+        of_change = 5.0 / (4.0 + (np.diff(level, order) / walk) ** 2) / walk**2
+        band = np.zeros((order + 1, value.size))
+        band[0] = of_value
+        for i in range(order + 1):
+            for j in range(i + 1):
+                band[i - j, j : j + of_change.size] += part[i] * part[j] * of_change
+        level = banded(band, of_value * value)
     return np.asarray(level)

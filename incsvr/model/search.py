@@ -22,7 +22,7 @@ from incsvr.model.directions import Evidence, directions
 from incsvr.model.factors import one_by_one
 from incsvr.model.fitting import Fit, fit
 from incsvr.model.left_out import Gain, gain, left_out
-from incsvr.model.predictor import Predictor, whitened
+from incsvr.model.predictor import Predictor, anew, converged
 from incsvr.model.rows import Row
 from incsvr.model.structure import Structure
 from incsvr.numerics import Array
@@ -47,6 +47,25 @@ class Added:
     evidence: Evidence
     alike: tuple[str, ...]
     other: Candidate | None = None
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An effect that is fitted beside those that were added.
+
+    Attributes:
+        candidate: its parameters, as fitted.
+        fit: the model with it.
+        evidence: of its first step.
+        gain: of the logarithm of the likelihood, with all parameters fitted anew.
+        convinces: whether it predicts excluded windows clearly better.
+    """
+
+    candidate: Candidate
+    fit: Fit
+    evidence: Evidence
+    gain: float
+    convinces: bool
 
 
 @dataclass(frozen=True)
@@ -88,9 +107,12 @@ def search(
     weighed = list[tuple[Candidate, Evidence]]()
     plain = base.fit.structure
     while len(added) < most * len(plain.axes):
-        best = [
-            each for each in _best(found, base, effects, refused, weighed, enough, say) if not _is_rest(each, added)
-        ]
+        trials = _trials(found, base, effects, refused, weighed, enough, say)
+        found, trials, again = _rebased(found, trials, enough)
+        if again:
+            say("begun anew with the colour that an effect left")
+            continue
+        best = [each for each in _best(trials, found) if not _is_rest(each, added)]
         if not best:
             break
         new = found.structure
@@ -98,11 +120,15 @@ def search(
             say(f"added: {each.name}, {each.gain:.1f}, {each.evidence}, alike {each.alike}")
             new = joined(new, each.candidate)
         start = {name: value for each in best for name, value in each.candidate.start.items()}
-        found = whitened(fit(new, {**found.theta, **start}, found.problem, found.starts))
+        found = converged(fit(new, {**found.theta, **start}, found.problem, found.starts))
+        if len(best) == 1:
+            found = min(found, trials[best[0].name].fit, key=lambda each: each.value)
         before = list(added)
         added += best
         for each in before:  # an imitation is not needed any more beside what it imitated
-            rest = fit(without(found.structure, each.candidate, plain), found.theta, found.problem, found.starts)
+            rest = converged(
+                fit(without(found.structure, each.candidate, plain), found.theta, found.problem, found.starts)
+            )
             if rest.value - found.value < enough:
                 say(f"removed: {each.name}")
                 refused[each.name] = f"with {' and '.join(one.name for one in best)} it explains nothing any more"
@@ -125,7 +151,7 @@ def _is_rest(best: Added, added: Sequence[Added], share: float = 0.15) -> bool:
     return best.gain < (2.0 if much else 1.0) * share * before
 
 
-def _best(
+def _trials(
     found: Fit,
     base: Predictor,
     effects: Mapping[str, Sequence[Row]],
@@ -134,8 +160,8 @@ def _best(
     enough: float,
     say: Callable[[str], None],
     fitted: int = 5,  # of the effects of one axis that promise most; of each of several, two
-) -> list[Added]:
-    """The best effect of each axis that convinces; adds to `refused` those that drive the vehicle.
+) -> dict[str, Trial]:
+    """The effects that promise most, fitted, by name; adds to `refused` those that drive the vehicle.
 
     Args:
         beside: takes all candidates with their evidence.
@@ -148,7 +174,7 @@ def _best(
     ]
     beside.clear()
     if not every:
-        return []
+        return {}
     weighed = directions(found, every)
     beside += [(each, weighed.evidence(k)) for k, each in enumerate(every)]
     first: dict[str, tuple[Evidence, Candidate]] = {}
@@ -166,24 +192,60 @@ def _best(
         and each.name not in {one[1].name for one in looked}
     ]
     sure = {each.name for _, each in convincing(beside, enough)}
-    trials, shapes = list[tuple[float, Evidence, Candidate]](), dict[str, tuple[float, Evidence, Candidate]]()
+    trials = dict[str, Trial]()
     for evidence, each in looked:
         new = _fitted(each, found)
         reached = found.value - new.value
-        trial = reached, evidence, replace(each, start={name: new.theta[name] for name in each.start})
-        shapes[each.name] = trial
         say(f"{each.name}: {reached:.1f}, {evidence}")
         if (axis := drives(new)) and not drives(found):
             refused[each.name] = f"with it {axis} drives itself at speeds that were recorded"
-        elif reached >= enough and (each.name in sure or _gains(found, new, needed(each, enough))):
-            trials.append(trial)
+            continue
+        convinces = reached >= enough and (each.name in sure or _gains(found, new, needed(each, enough)))
+        at_end = replace(each, start={name: new.theta[name] for name in each.start})
+        trials[each.name] = Trial(at_end, new, evidence, reached, convinces)
+    return trials
+
+
+def _rebased(
+    found: Fit,
+    trials: Mapping[str, Trial],
+    enough: float,
+    much: float = 0.2,  # of the best gain: so much makes another effect the best
+) -> tuple[Fit, dict[str, Trial], bool]:
+    """The fit with the gains and the colour that the best effect leaves, the trials beside it, and whether it gains so
+    much that every trial has to begin there: what those gain without the effect is not the effect's."""
+    changed = dict(trials)
+    sure = [each for each in changed.values() if each.convinces]
+    if not sure or len(found.structure.axes) > 1:
+        return found, changed, False
+    best = min(sure, key=lambda each: each.fit.value)
+    new = anew(best.fit.structure, best.fit.theta, best.fit)
+    if new.value < best.fit.value:
+        best = replace(best, fit=new, gain=found.value - new.value)
+        changed[best.candidate.name] = best
+    theta = {name: best.fit.theta.get(name, found.theta[name]) for name in found.names}
+    rest = converged(fit(found.structure, theta, best.fit.problem, best.fit.starts))
+    less = found.value - rest.value
+    if less <= 0.0:
+        return found, changed, False
+    for name, each in changed.items():
+        changed[name] = replace(each, gain=each.gain - less, convinces=each.convinces and each.gain - less >= enough)
+    return rest, changed, less > much * best.gain
+
+
+def _best(trials: Mapping[str, Trial], found: Fit) -> list[Added]:
+    """The best effect of each axis that convinces."""
     # Of two shapes the better one says how large the effect is, also where only the other one convinces.
-    trials = [max(one, shapes.get(other_shape(one[2].name), one), key=lambda each: each[0]) for one in trials]
-    ofs = [[one for one in trials if one[2].name.endswith(f"@{axis}")] for axis in axes]
+    sure = [
+        max(each, trials.get(other_shape(name), each), key=lambda one: one.gain)
+        for name, each in trials.items()
+        if each.convinces
+    ]
+    ofs = [[one for one in sure if one.candidate.name.endswith(f"@{axis}")] for axis in found.structure.axes]
     best = [_plainest(own) for own in ofs if own]
-    others = [shapes.get(other_shape(each.name)) for each in best]
+    others = [trials.get(other_shape(each.name)) for each in best]
     return [
-        replace(each, other=shape[2]) if shape is not None and shape[0] > 0.5 * each.gain else each
+        replace(each, other=shape.candidate) if shape is not None and shape.gain > 0.5 * each.gain else each
         for each, shape in zip(best, others, strict=True)
     ]
 
@@ -193,22 +255,22 @@ def _of_axis(every: Iterable[tuple[Evidence, Candidate]], axis: str) -> list[tup
     return [one for one in every if one[1].name.endswith(f"@{axis}")]
 
 
-def _plainest(trials: Sequence[tuple[float, Evidence, Candidate]]) -> Added:
+def _plainest(trials: Sequence[Trial]) -> Added:
     """The plainest of the effects that gain about as much as the best."""
-    top = max(one[0] for one in trials)
-    equals = [one for one in trials if one[0] > top - max(5.0, 0.05 * top)]
-    if all(imitates(one[2]) for one in equals):  # what can imitate much has to be clearly better
-        equals += [one for one in trials if one[0] > 0.85 * top and not imitates(one[2])]
-    value, evidence, chosen = min(equals, key=lambda one: (*rank(one[2]), -one[0]))
-    alike = tuple(one[2].name for one in equals if one[2] is not chosen)
-    return Added(chosen.name, chosen, value, evidence, alike)
+    top = max(one.gain for one in trials)
+    equals = [one for one in trials if one.gain > top - max(5.0, 0.05 * top)]
+    if all(imitates(one.candidate) for one in equals):  # what can imitate much has to be clearly better
+        equals += [one for one in trials if one.gain > 0.85 * top and not imitates(one.candidate)]
+    chosen = min(equals, key=lambda one: (*rank(one.candidate), -one.gain))
+    alike = tuple(one.candidate.name for one in equals if one is not chosen)
+    return Added(chosen.candidate.name, chosen.candidate, chosen.gain, chosen.evidence, alike)
 
 
 def _fitted(candidate: Candidate, found: Fit) -> Fit:
     """The candidate fitted, from several starts where one may end beside the best.
 
-    A free inertia begins with the stamps as they are, too, because a wrong inertia passes for a shift; a delay begins
-    with the shift that was found, too.
+    On one axis its errors have their own colour. A free inertia begins with the stamps as they are, too, because a
+    wrong inertia passes for a shift; a delay begins with the shift that was found, too.
     """
     starts: list[dict[str, float]] = [{}]
     if candidate.name.startswith("inertia@"):
@@ -219,7 +281,8 @@ def _fitted(candidate: Candidate, found: Fit) -> Fit:
         fit(candidate.structure, {**found.theta, **candidate.start, **own}, found.problem, found.starts)
         for own in starts
     ]
-    return min(fits, key=lambda each: each.value)
+    best = min(fits, key=lambda each: each.value)
+    return converged(best) if len(found.structure.axes) == 1 else best  # of several axes that takes minutes
 
 
 def _gains(found: Fit, new: Fit, enough: float) -> bool:

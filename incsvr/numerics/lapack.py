@@ -31,6 +31,6 @@ def cholesky(matrix: Array) -> Array:
     return np.asarray(factor)
 
 
-def tridiagonal(diagonal: Array, beside: Array, right: Array) -> Array:
-    """(n,) x of A x = b, for A of (n,) on its diagonal and (n − 1,) on both sides of it, positive definite."""
-    return np.asarray(_lapack.dptsv(diagonal, beside, right)[2])
+def banded(band: Array, right: Array) -> Array:
+    """(n,) x of A x = b, for a positive definite A whose diagonal and those below it are the rows of `band`."""
+    return np.asarray(_lapack.dpbsv(band, right[:, None], lower=1)[1][:, 0])

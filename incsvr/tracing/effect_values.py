@@ -33,6 +33,7 @@ class Here:
         between: two neighbouring instants at which a jump was tried [s].
         power: of each row of damping by its coefficient, the mean power that it takes, by its key.
         drag_power: the same of a row r |r|.
+        late: half a period of an effort that is measured, 0 of a command [s].
     """
 
     axis: str
@@ -44,10 +45,12 @@ class Here:
     between: float
     power: Mapping[str, float]
     drag_power: float
+    late: float
 
     def share(self, theta: Theta) -> float:
         """The power of a row r |r| of coefficient one in that of the damping."""
-        return self.drag_power / max(sum(theta[key] * each for key, each in self.power.items()), 1e-300)
+        taken = sum(theta[key] * each for key, each in self.power.items())
+        return self.drag_power / max(taken, 1e-9 * self.drag_power)  # a damping that takes nothing has no share
 
     def width(self, name: str) -> float:
         """The width of the first factor of a row: an instant, a frequency or a mean."""
@@ -62,13 +65,14 @@ def nothing_unsure(_here: Here, _found: Values, _half: Values) -> Values:
     return {}
 
 
-def here(found: Fit, name: str, inertia: float, begin: float, instants: int = 20) -> Here:
+def here(found: Fit, name: str, inertia: float, begin: float, late: float, instants: int = 20) -> Here:
     """What the parameters of an effect of a fit refer to.
 
     Args:
         name: the engine's, with its axis.
         inertia: declared.
         begin: the stamp at which the channel `time` is zero [s].
+        late: half a period of an effort that is measured, 0 of a command [s].
         instants: at which `identification.pool` tries jumps.
     """
     effect, _, axis = name.partition("@")
@@ -85,7 +89,7 @@ def here(found: Fit, name: str, inertia: float, begin: float, instants: int = 20
     length = max(each[-1] for each in stamps) - min(each[0] for each in stamps)
     return Here(
         axis, effect.partition(":")[2], {row.key: row for row in found.structure.rows}, inertia, begin, float(length),
-        float(length) / (instants + 1), power, float((rate * rate * abs(rate)).mean()),
+        float(length) / (instants + 1), power, float((rate * rate * abs(rate)).mean()), late,
     )  # fmt: skip
 
 
@@ -105,6 +109,11 @@ def inertia_values(theta: Theta, here: Here) -> Values:
 
 def delay_values(theta: Theta, here: Here) -> Values:
     return {"delay_s": theta[f"shift:{here.axis}"]}
+
+
+def unsure_delay(here: Here, _found: Values, _half: Values) -> Values:
+    """When a measured effort changes between two samples, nobody knows."""
+    return {"delay_s": here.late}
 
 
 def friction_values(theta: Theta, here: Here) -> Values:

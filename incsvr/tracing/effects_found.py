@@ -94,7 +94,8 @@ def findings_of(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding]]
         return PLAIN, []
     source = predictor if traced.closed else found.models[name]
     others = [halved(source)] if traced.closed else [halved(source), predictor]
-    every = parameters_of(source, list(gains), traced.inertia, traced.recordings.begin, others)
+    late = 0.5 * period(traced.recordings.streams, effort_of(axis)) if found.reliability[axis] < 1.0 else 0.0
+    every = parameters_of(source, list(gains), traced.inertia, traced.recordings.begin, others, late)
     total = sum(gains.values())
     shapes = {each.name: _in_other_shape(traced, source, each, each.other) for each in added if each.other is not None}
     alike = {each.name: [one for one in each.alike if not _contains(found.effects, one, each)] for each in added}

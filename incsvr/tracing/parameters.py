@@ -18,7 +18,7 @@ POSITIVE = ("time_constant_s", "half_width_nm", "limit_nm", "reverse_efficiency"
 
 
 def parameters_of(
-    found: Fit, effects: Sequence[str], inertia: float, begin: float, others: Sequence[Fit] = ()
+    found: Fit, effects: Sequence[str], inertia: float, begin: float, others: Sequence[Fit] = (), late: float = 0.0
 ) -> list[tuple[dict[str, float], dict[str, tuple[float, float]]]]:
     """For each effect its parameters, and the ends of their intervals.
 
@@ -28,11 +28,12 @@ def parameters_of(
         inertia: declared.
         begin: the stamp at which the channel `time` is zero [s].
         others: fits of the same effects; what they move beyond an interval widens it.
+        late: half a period of an effort that is measured, 0 of a command [s].
     """
     spreads = [covariance(each) for each in (found, *others)]
     result = []
     for name in effects:
-        word, at = word_of(name), here(found, name, inertia, begin)
+        word, at = word_of(name), here(found, name, inertia, begin, late)
         parameters = dict(word.parameters(found.theta, at))
         half, *rest = (
             _half_widths(each, word.parameters, at, spread)

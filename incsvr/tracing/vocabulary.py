@@ -28,6 +28,7 @@ from incsvr.tracing.effect_values import (
     thrust_modulation_values,
     thrust_speed_values,
     thrust_step_values,
+    unsure_delay,
     unsure_instant,
     unsure_wave,
     wave_values,
@@ -118,7 +119,7 @@ WORDS: dict[str, Word] = {
         "torque_delay", _THRUST, delay_values,
         "a(t) = τ(t − D)",
         "the thrust follows its command after a dead time D, or the clocks of the two streams are D apart",
-        "sudden changes of the command, and stamps of one clock",
+        "sudden changes of the command, and stamps of one clock", unsure=unsure_delay,
     ),
     "dead": Word(
         "dead_zone", _THRUST, of_stage("half_width_nm", "dead"),

@@ -46,7 +46,7 @@ def moment(rows: Mapping[str, Row], theta: Mapping[str, float], signals: Mapping
 
 def at(name: str, rows: Mapping[str, Row]) -> Here:
     of = name.partition("@")[0].partition(":")[2]
-    return Here("yaw_rate", of, rows, 24.0, 1000.0, 100.0, 5.0, {"linear@yaw_rate": 0.1}, 0.02)
+    return Here("yaw_rate", of, rows, 24.0, 1000.0, 100.0, 5.0, {"linear@yaw_rate": 0.1}, 0.02, 0.05)
 
 
 def keyed(rows: tuple[Row, ...]) -> dict[str, Row]:
@@ -93,6 +93,7 @@ def test_changes_during_a_recording_are_fractions_of_damping_and_thrust() -> Non
     assert found["thrust_drift"] == {"fraction": -30.0}
     assert found["bias_drift"] == {"nm_per_s": -0.3, "start_nm": -0.3}
     assert word_of("drag_step:40").unsure(at("drag_step:40", {}), {}, {}) == {"at_s": 5.0}
+    assert word_of("delay@yaw_rate").unsure(at("delay@yaw_rate", {}), {}, {}) == {"delay_s": 0.05}
 
 
 def test_friction_has_a_moment_for_either_direction() -> None:
