@@ -16,7 +16,7 @@ import pytest
 from incsvr.checks.filtered_export import filtered_export
 from incsvr.numerics import Array
 from service.cli.command_line import main
-from tests.service.commands.test_each_log import FLAGS, MAY, STEP_S, saved
+from tests.service.commands.test_each_log import FLAGS, JULY, JUNE, MAY, STEP_S, saved
 
 INERTIA = ("--inertia", "0.6")
 
@@ -192,6 +192,15 @@ def test_filtered_and_resampled_exports(
 ) -> None:
     found = filtered_export(rate, torque)
     assert found is None if sentence is None else found is not None and sentence in found
+
+
+@pytest.mark.parametrize("dive", [MAY, JUNE, JULY], ids=["may", "june", "july"])
+def test_a_sound_dive_of_a_quick_vehicle_is_not_blamed(tmp_path: Path, dive: dict[str, Array]) -> None:
+    path, result = saved(tmp_path, "dive.csv", dive), tmp_path / "result.json"
+    assert main(["fit", str(path), *INERTIA, "--json", str(result)]) == 0
+    found = json.loads(result.read_text(encoding="utf-8"))
+    assert found["put_aside"] == 0
+    assert not [remark for remark in found["remarks"] if not remark.startswith("smoothing over")]
 
 
 def test_decimal_commas_of_numbers_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
