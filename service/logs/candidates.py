@@ -17,7 +17,7 @@ from incsvr.plant.axes import AXES
 from incsvr.signals.scales import white_noise
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.owners import base
-from service.inputs.presets import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
+from service.inputs.presets import NO_RATE_FIELD, RATE_PATHS, ROS2, TORQUE_PATHS
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import ROWS, Table, Topic
 from service.logs.log import Log
@@ -52,7 +52,7 @@ def rank(values: Array, marked: bool = False) -> int:
 
 
 def ranks(log: Log, topics: Sequence[Topic]) -> dict[tuple[str, str], int]:
-    """How poor the candidates for yaw rate and torque are, where there are several: by topic and field."""
+    """How poor candidates are: by topic and field, those for yaw rate and torque where there are several."""
     found: dict[tuple[str, str], int] = {}
     fields = {topic.name: _FIELDS.get(topic.type) or _OF_INSTANCES.get(base(topic.name)) for topic in topics}
     wanted = {name: field for name, field in fields.items() if field is not None}
@@ -61,6 +61,9 @@ def ranks(log: Log, topics: Sequence[Topic]) -> dict[tuple[str, str], int]:
             field = wanted[name]
             if field in table.columns:
                 found[name, field] = rank(table.columns[field], _is_marked(table))
+    for row in ROS2.rows:
+        for name, table in log.read({topic.name for topic in topics if row.moving and topic.type == row.kind}).items():
+            found[name, row.field] = rank(table.columns.get(row.field, np.empty(0)))
     if any(topic.name == ROWS for topic in topics):
         table = log.read([ROWS])[ROWS]
         found |= {(ROWS, field): rank(values) for field, values in table.columns.items()}
