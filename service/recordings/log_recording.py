@@ -99,7 +99,7 @@ def _in_cut(reading: Reading, path: Path, log: Log, measured: MeasuredStreams, i
     recording, source = Recording(path.name, streams, axis=axis), inputs.yaw_rate
     in_si = source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit])
     if source is not None and in_si and (reading.learns or ours):
-        refuse_whole_numbers(path, recording.rate, axis.rate, typed_source(source))
+        refuse_whole_numbers(path, recording.rate, axis, typed_source(source))
     beyond = np.flatnonzero(np.abs(recording.rate) > reading.rate_limit)
     if beyond.size:
         rate, at, unit = recording.rate[beyond[0]], streams[axis.rate][0][beyond[0]], words_of(axis).rate_unit
