@@ -26,8 +26,12 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
     changes = {name: period(batch, name) / usual[name] - 1.0 for name in STREAM_WORDS if name in usual}
     changes = {name: change for name, change in changes.items() if abs(change) < PACE_CHANGE_RANGE[1]}
     lasted = float(np.ptp(batch.time))
-    # what comes to less than a step between two stamps is their jitter
-    changes = {name: change for name, change in changes.items() if abs(change) * lasted > usual[name]}
+    # what comes to less than a step between two stamps is their jitter, as is what windows beside each other differ by
+    changes = {
+        name: change
+        for name, change in changes.items()
+        if abs(change) * lasted > usual[name] and abs(change) * usual[name] > MIN_PACE_DEVIATIONS * _jitter(batch, name)
+    }
     apart = changes.get(TORQUE, 0.0) - changes.get(YAW_RATE, 0.0)
     decision = Decision.PAUSE if abs(apart) > PACE_CHANGE_RANGE[0] else Decision.WARN
     follows = "its clock runs at another speed, " + (
@@ -44,6 +48,17 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
         if abs(change) > PACE_CHANGE_RANGE[0]
     ]
     return found, apart * lasted if found and decision == Decision.PAUSE else 0.0
+
+
+MIN_PACE_DEVIATIONS = 6.0
+"""Deviations of a mean period from which on it is another: windows overlap, and the usual one errs as well."""
+
+
+def _jitter(batch: Samples, name: str) -> float:
+    """Deviation of a stream's mean period [s], by its shorter windows: lost messages make windows longer alone."""
+    each = batch.raw[named(name, PERIOD)]
+    low, middle = np.quantile(each, (0.05, COMPLETE_WINDOWS_QUANTILE))
+    return float(middle - low) / each.size**0.5
 
 
 def period(batch: Samples, name: str) -> float:

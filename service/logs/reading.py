@@ -229,10 +229,9 @@ def _unit(said: ColumnSpec, stamp: str, named: StampUnit, table: Table) -> tuple
     if time is None or said.stamp_unit == "s":
         return "s", []
     guess = guessed_unit(time)
-    span, known = float(np.nanmax(time) - np.nanmin(time)), time[np.isfinite(time)]
-    if guess == "s" and span < MIN_LOG_S and 0.0 < _step(known) < MIN_STEP_OF_SHORT_S:
-        cure = shlex.quote(f"t={stamp}:min")
-        return guess, [Assumption(f"the time {stamp!r} is read as s, of {span:.2g} s in all (if min: --column {cure})")]
+    if guess == "s" and _may_be_minutes(time[np.isfinite(time)]):
+        span, cure = float(np.nanmax(time) - np.nanmin(time)), shlex.quote(f"t={stamp}:min")
+        return guess, [Assumption(f"the time {stamp!r} is read as s, {span:.2g} in all (if min: --column {cure})")]
     how = "days, by its size" if guess == "d" else f"{guess}, by its steps"
     cure = shlex.quote(f"t={stamp}:{guess}")
     return guess, [] if guess == "s" else [Assumption(f"the time {stamp!r} is read as {how} (--column {cure})")]
@@ -242,11 +241,21 @@ MIN_STEP_S = 2e-4
 """The shortest typical step of a table [s]: no vehicle's log is faster than 5 kHz."""
 USUAL_STEP_S = 0.05
 """A usual step of a table [s], to which a unit of the time leads."""
-MIN_LOG_S, MIN_STEP_OF_SHORT_S = 5.0, 4e-3
-"""A log that is shorter, with steps that are shorter, may count minutes [s]."""
+MIN_LOG_S, MAX_STEP_IN_MINUTES = 5.0, 4e-3
+"""A log that is shorter may count minutes where its steps are at most so long, a quarter of a second."""
 LONGER_UNITS: tuple[StampUnit, ...] = ("d", "h", "min")
 DAY_NUMBERS = ((36_526.0, 73_051.0), (730_486.0, 767_011.0))
 """Days since 1900 as spreadsheets count them, and since the year 0 as MATLAB does, from 2000 to 2100."""
+
+
+def _may_be_minutes(time: Array) -> bool:
+    """Whether stamps (n,) without a unit may be minutes: a log would be short, or its steps round in minutes alone."""
+    step = _step(time)
+    if not 0.0 < step < MAX_STEP_IN_MINUTES:
+        return False
+    tenths, milliseconds = 1e4 * step, 60e3 * step
+    is_round = abs(milliseconds - round(milliseconds)) < 0.01 < abs(tenths - round(tenths))
+    return is_round or float(np.ptp(time)) < MIN_LOG_S
 
 
 def _wrong_unit(said: ColumnSpec, stamp: str, unit: StampUnit, table: Table) -> str | None:

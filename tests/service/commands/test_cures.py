@@ -167,7 +167,7 @@ CASES = {
     "fractions of a day": Case(
         {**names(), "time": 0.5 + T / 86_400.0}, FIT, "if it is in d", "--column t=time:d"
     ),
-    "minutes": Case({**names(), "time": T / 60.0}, FIT, "of 1 s in all (if min:", "--column t=time:min"),
+    "minutes": Case({**names(), "time": T / 60.0}, FIT, "is read as s, 1 in all (if min:", "--column t=time:min"),
     "no force along the axis": Case(
         {"time": WHOLE["t"], "v": ONE["surge"], "X": ONE["surge_force"]},
         ("fit", "--axis", "surge", "--inertia", "30"), "no surge velocity and no surge force found",
