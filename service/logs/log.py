@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from service.inputs.owners import base
 from service.inputs.table import ROWS, Table, Topic, leaves
 

@@ -251,7 +251,7 @@ DAY_NUMBERS = ((36_526.0, 73_051.0), (730_486.0, 767_011.0))
 def _may_be_minutes(time: Array) -> bool:
     """Whether stamps (n,) without a unit may be minutes: a log would be short, or its steps round in minutes alone."""
     step = _step(time)
-    if not 0.0 < step < MAX_STEP_IN_MINUTES:
+    if not MIN_STEP_S <= step < MAX_STEP_IN_MINUTES:
         return False
     tenths, milliseconds = 1e4 * step, 60e3 * step
     is_round = abs(milliseconds - round(milliseconds)) < 0.01 < abs(tenths - round(tenths))

@@ -19,8 +19,8 @@ from service.inputs.column_spec import of_this_log, typed_source
 from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import Assumption
-from service.inputs.units import FACTORS, FRACTION
-from service.logs.candidates import MIN_TURN_DEVIATIONS, turning_instead
+from service.inputs.units import FRACTION
+from service.logs.candidates import MIN_TURN_DEVIATIONS, likely_scale, turning_instead
 from service.logs.cutting import EmptyCut
 from service.logs.log import Log
 from service.recordings.recording import Recording
@@ -50,15 +50,6 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams, words
     if still is not None:
         raise BadInput(f"{path}: {still}; and {cure}")
     raise BadInput(f"{path}: {cure}")
-
-
-def likely_scale(axis: Axis, reach: float) -> str:
-    """What brings velocities that reach so far [SI] about 1 m/s or 1 rad/s, as it is typed behind a column."""
-    units = ("kn", "cm/s", "mm/s") if axis.along else ("deg/s", "mrad/s")
-    unit = min(units, key=lambda each: abs(np.log(max(reach, 1e-9) * FACTORS[each])))
-    if reach * FACTORS[unit] <= axis.fastest:
-        return f":{unit}"
-    return f"*{10.0 ** -np.ceil(np.log10(reach / axis.fastest)):g}"
 
 
 def refuse_implausible(recording: Recording, several: bool = False) -> None:
