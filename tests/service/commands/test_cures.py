@@ -152,6 +152,13 @@ CASES = {
         {**names(), "tau": TORQUE / 6.0}, FIT, "looks like a share of full thrust", "--column torque=tau*SCALE",
         {"SCALE": "6"}, cures=("scale", "own inertia",)
     ),
+    "a torque without its decimal mark": Case(
+        {**names(), "tau": np.round(1e4 * TORQUE)}, FIT, "may have lost its decimal mark",
+        "--column torque=tau*SCALE", {"SCALE": "0.0001"}, cures=("scale", "own inertia")
+    ),
+    "milliradians in inspect": Case(
+        {**names(), "gyro_z": 1000.0 * RATE}, ("inspect",), "looks like mrad/s", "--column yaw_rate=gyro_z:mrad/s"
+    ),
     "a fraction of full thrust": Case(
         {**names(), "tau": TORQUE / 6.0}, (*FIT, "--column", "torque=tau:fraction"), "is a fraction of full thrust",
         "--column 'torque=tau*NEWTON_METRES'", {"NEWTON_METRES": "6"}, drops=("--column", "torque=tau:fraction"),
