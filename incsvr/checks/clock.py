@@ -58,7 +58,7 @@ def _jitter(batch: Samples, name: str) -> float:
     """Deviation of a stream's mean period [s], by its shorter windows: lost messages make windows longer alone."""
     each = batch.raw[named(name, PERIOD)]
     low, middle = np.quantile(each, (0.05, COMPLETE_WINDOWS_QUANTILE))
-    return float(middle - low) / each.size**0.5
+    return float((middle - low) / np.sqrt(each.size))
 
 
 def period(batch: Samples, name: str) -> float:
