@@ -15,7 +15,7 @@ from incsvr.signals.settings import YAW_RATE
 PACE_CHANGE_RANGE = (0.003, 0.05)
 """A change of the period between two stamps, as a part, from which on it is a clock's and up to which it is one.
 A quartz keeps a ten-thousandth; a batch in which messages are lost errs by 0.002; a rate set anew differs by more."""
-COMPLETE_WINDOWS_QUANTILE = 0.3
+COMPLETE_WINDOWS_QUANTILE = 0.1
 """Quantile of the mean periods of the windows that is the stream's own: a lost message makes a window's longer, and so
 many windows at least hold every one."""
 
@@ -57,7 +57,7 @@ MIN_PACE_DEVIATIONS = 6.0
 def _jitter(batch: Samples, name: str) -> float:
     """Deviation of a stream's mean period [s], by its shorter windows: lost messages make windows longer alone."""
     each = batch.raw[named(name, PERIOD)]
-    low, middle = np.quantile(each, (0.05, COMPLETE_WINDOWS_QUANTILE))
+    low, middle = np.quantile(each, (0.05, 0.3))
     return float((middle - low) / np.sqrt(each.size))
 
 

@@ -84,7 +84,10 @@ class Clock:
         vehicle, by as much as went by on the log's clock.
         """
         arrival = self.origin + (arrival - self.origin) * self.pace
-        piece = np.clip(np.searchsorted(self.arrival, arrival, side="right") - 1, 0, None)
+        # the first of those that came at once: where the log's clock falls back, all later ones stand at its highest
+        piece = np.searchsorted(self.arrival, arrival)
+        piece = piece - (np.append(self.arrival, np.inf)[piece] != arrival)
+        piece = np.clip(piece, 0, np.searchsorted(self.arrival, self.arrival[-1]))
         shift, level = self.shift[piece], self.apart[piece]
         if ours and stamps is not None:
             return stamps + shift, True
@@ -285,7 +288,7 @@ def _without_late(begins: NDArray[np.intp], apart: Array, stamps: Array) -> NDAr
     levels = [float(np.median(piece)) for piece in np.split(apart, begins)]
     now = levels[0]
     for k, (begin, end) in enumerate(pairwise([*begins, apart.size]), start=1):
-        if levels[k] - now > SAME_CLOCK_S:
+        if SAME_CLOCK_S < levels[k] - now < MIN_LEAP_S:
             repeated = np.mean(np.isin(stamps[begin:end], stamps[:begin])) > 0.5
             if repeated or any(abs(later - now) < SAME_CLOCK_S for later in levels[k + 1 :]):
                 continue

@@ -182,7 +182,7 @@ def _sentence(name: str, source: Source, scale: str, taken: str) -> str:
 
 def likely_scale(axis: Axis, reach: float) -> str:
     """What brings velocities that reach so far [SI] about 1 m/s or 1 rad/s, as it is typed behind a column."""
-    units = ("kn", "cm/s", "mm/s") if axis.along else ("deg/s", "mrad/s")
+    units = ("kn", "cm/s", "mm/s") if axis.along else ("deg/s", "mrad/s", "cdeg/s")
     unit = min(units, key=lambda each: abs(np.log(max(reach, 1e-9) * FACTORS[each])))
     if reach * FACTORS[unit] <= axis.fastest:
         return f":{unit}"
