@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.checks.causes import SENSOR_CAUSES, VEHICLE_CAUSES, Cause, Causes, Window, causes
+from incsvr.checks.causes import DELAY_STEP_S, SENSOR_CAUSES, VEHICLE_CAUSES, Cause, Causes, Window, causes
 from incsvr.checks.curve import Curve
 from incsvr.checks.power import turned_round, turns
 from incsvr.checks.state import State, Vehicle
@@ -44,7 +44,7 @@ USUAL_LAG_PRECISION = 1.0 / 0.15**2
 """Precision of the usual lag [s⁻²] from which on another lag is told from it."""
 MIN_LAG_WIDTHS = 2.0
 """Least lag beside the usual one that counts, in widths of the smoothing, within which the filter forgives it; and as
-much as the usual one besides."""
+much as the usual one besides. A step between two delays is none either."""
 MAX_JOINED_DURATIONS = 2.0
 """Longest pause, in durations of the batch, across which two batches are looked at together."""
 UNCLEAR, RESPONSE, UNDRIVEN = "unclear", "response", "driveless"
@@ -105,7 +105,7 @@ def least_lag(state: State, vehicle: Vehicle) -> float:
     """The tolerated deviation of the lag between the streams from its usual [s]; a rotor's is unknown at first."""
     usual = abs(state.lag)
     return (
-        MIN_LAG_WIDTHS * vehicle.smoothing + usual
+        max(MIN_LAG_WIDTHS * vehicle.smoothing, 1.5 * DELAY_STEP_S) + usual
         if state.precision > USUAL_LAG_PRECISION
         else max(MAX_ROTOR_LAG_S - usual, 0.0)
     )

@@ -30,7 +30,8 @@ VEHICLE_CAUSES = ("damping", "thrust", "moment", "one side")
 SENSOR_CAUSES = ("zero", "lag", "sign")
 """Causes that are a fault of a sensor."""
 AGES = (12, 18, 25, 37, 50, 75, 100)
-"""Samples since the onsets that are tried: of fewer a stray one or two make a cause."""
+"""Samples since the onsets that are tried, of which a cause touches as many as the fewest: a stray one or two make
+none."""
 TRIMMED_DEVIATIONS = 3.5
 """Deviations beyond which a sample costs no more."""
 ALIKE = 4.0
@@ -123,9 +124,8 @@ class Window:
         time, torque, rate = batch.time[inside], batch.raw[TORQUE][inside], batch.yaw_rate[inside]
         f, slope = known.damping[inside], known.slope[inside]
         half = 0.5 * DELAY_STEP_S
-        usually, before, after, *later = _later(
-            batch, time, lag + np.concatenate(([0.0, -half, half], DELAYS_S)), torque
-        )
+        usually = _later(batch, time, np.array([lag]), torque)[0]
+        before, after, *later = _later(batch, time, lag + np.concatenate(([-half, half], DELAYS_S)), usually)
         place = 0.5 * (rate / largest_rate + 1.0) * (KNOTS - 1)
         near = np.maximum(1.0 - np.abs(place[:, None] - np.arange(KNOTS)), 0.0)
         errs = max(float(np.median(known.doubt[inside])) if time.size else 0.0, CURVE_ERROR_NOISES * known.sigma)
@@ -169,15 +169,16 @@ def causes(seen: Window, sigma: float, largest: float, largest_rate: float) -> C
     whole = _Fit.of(seen, n, mean, spread, sigma, 0.0)
     colour = _correlation(whole.rest[int(np.argmax(np.append(whole.said.odds, 0.0)))])
     fits = [_Fit.of(seen, age, mean, spread, sigma, colour) for age in ages]
-    odds, names = np.array([fit.said.odds for fit in fits]), np.array(NAMES)
-    for row, age in zip(odds, ages, strict=True):  # a delay shows only where the torque that came later was recorded
-        later = seen.time[-age:] + DELAYS_S[:, None]
-        recorded = np.count_nonzero((later >= seen.time.min()) & (later <= seen.time.max()), axis=1)
-        row[names == "lag"] -= np.where(recorded < AGES[0], np.inf, 0.0)
+    touched = [np.count_nonzero(seen.shapes[:, -age:], axis=1) >= AGES[0] for age in ages]
+    odds = np.array([np.where(enough, fit.said.odds, -np.inf) for fit, enough in zip(fits, touched, strict=True)])
+    names = np.array(NAMES)
     each = {}
     for name in dict.fromkeys(NAMES):
         own = np.flatnonzero(names == name)
         table = odds[:, own]
+        if not np.isfinite(table).any():
+            each[name] = Cause(-np.inf, 0.0, float(seen.time[0]), float(fits[-1].far[own[0]]))
+            continue
         k, j = np.unravel_index(int(np.argmax(table)), table.shape)
         top, member = float(table.max()), int(own[j])
         size = float(DELAYS_S[j] if name == "lag" else fits[k].said.size[member])

@@ -8,6 +8,7 @@ import numpy as np
 
 from incsvr.checks.frozen_stream import STREAM_WORDS
 from incsvr.checks.verdict import Decision, Finding
+from incsvr.numerics import Array
 from incsvr.signals.raw import PERIOD, TORQUE, named
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import YAW_RATE
@@ -15,7 +16,7 @@ from incsvr.signals.settings import YAW_RATE
 PACE_CHANGE_RANGE = (0.003, 0.05)
 """A change of the period between two stamps, as a part, from which on it is a clock's and up to which it is one.
 A quartz keeps a ten-thousandth; a batch in which messages are lost errs by 0.002; a rate set anew differs by more."""
-COMPLETE_WINDOWS_QUANTILE = 0.3
+COMPLETE_WINDOWS_QUANTILE = 0.1
 """Quantile of the mean periods of the windows that is the stream's own: a lost message makes a window's longer, and so
 many windows at least hold every one."""
 
@@ -23,11 +24,15 @@ many windows at least hold every one."""
 def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], float]:
     """The streams of a batch that come at another pace than the periods `usual` [s] say, and by how much the torque's
     stamps ran ahead of the yaw rate's by that [s]: a clock that both are stamped with takes neither from the other."""
-    changes = {name: period(batch, name) / usual[name] - 1.0 for name in STREAM_WORDS if name in usual}
+    changes = {name: period(batch, name) / usual[name] - 1.0 for name in STREAM_WORDS if usual.get(name)}
     changes = {name: change for name, change in changes.items() if abs(change) < PACE_CHANGE_RANGE[1]}
     lasted = float(np.ptp(batch.time))
-    # what comes to less than a step between two stamps is their jitter
-    changes = {name: change for name, change in changes.items() if abs(change) * lasted > usual[name]}
+    # what comes to less than a step between two stamps is their jitter, as is what windows beside each other differ by
+    changes = {
+        name: change
+        for name, change in changes.items()
+        if abs(change) * lasted > usual[name] and abs(change) * usual[name] > MIN_PACE_DEVIATIONS * _jitter(batch, name)
+    }
     apart = changes.get(TORQUE, 0.0) - changes.get(YAW_RATE, 0.0)
     decision = Decision.PAUSE if abs(apart) > PACE_CHANGE_RANGE[0] else Decision.WARN
     follows = "its clock runs at another speed, " + (
@@ -46,6 +51,24 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
     return found, apart * lasted if found and decision == Decision.PAUSE else 0.0
 
 
+MIN_PACE_DEVIATIONS = 6.0
+"""Deviations of a mean period from which on it is another: windows overlap, and the usual one errs as well."""
+
+
+def _jitter(batch: Samples, name: str) -> float:
+    """Deviation of a stream's mean period [s], by its shorter windows: lost messages make windows longer alone."""
+    each = _mean_periods(batch, name)
+    low, middle = np.quantile(each, (0.05, 0.3)) if each.size else (0.0, 0.0)
+    return float((middle - low) / np.sqrt(max(each.size, 1)))
+
+
 def period(batch: Samples, name: str) -> float:
-    """The time between two stamps of a stream [s], whatever single messages were lost."""
-    return float(np.quantile(batch.raw[named(name, PERIOD)], COMPLETE_WINDOWS_QUANTILE))
+    """The time between two stamps of a stream [s], whatever single messages were lost; 0 where no window has two."""
+    each = _mean_periods(batch, name)
+    return float(np.quantile(each, COMPLETE_WINDOWS_QUANTILE)) if each.size else 0.0
+
+
+def _mean_periods(batch: Samples, name: str) -> Array:
+    """The mean periods of the windows that hold more than one message [s]."""
+    each = batch.raw[named(name, PERIOD)]
+    return np.asarray(each[each > 0.0])

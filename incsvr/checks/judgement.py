@@ -223,7 +223,7 @@ def _usual(state: State, batch: Samples, found: Causes | None, drifts: bool) -> 
     usual, reach, periods = {}, {}, {}
     for name in STREAM_WORDS:
         low, high = batch.raw[named(name, LOW)], batch.raw[named(name, HIGH)]
-        scatter = float(np.median(high - low))
+        scatter = float(np.quantile(high - low, 0.1))  # of its noise: in most windows a quick vehicle moves
         reach[name] = max(RETAINED_SHARE * state.reach.get(name, 0.0), float(high.max() - low.min()))
         usual[name] = RETAINED_SHARE * state.usual.get(name, scatter) + (1.0 - RETAINED_SHARE) * scatter
         now = period(batch, name)

@@ -177,10 +177,12 @@ class Planar:
     Attributes:
         left: share of the efforts that is left, the mean of the axes.
         hands: +1 where the Coriolis products count as the velocities do, −1 where all count against them, 0 unknown.
+        reversed: whether the inertias along are negative.
     """
 
     left: float
     hands: int
+    reversed: bool
 
 
 def planar(seen: Filtered, lever: tuple[float, float] = (0.0, 0.0), coupled: bool = False) -> Planar:
@@ -210,7 +212,9 @@ def planar(seen: Filtered, lever: tuple[float, float] = (0.0, 0.0), coupled: boo
     elif fits:  # nothing pushes sideways: the products alone do
         signs.append(-least_squares(dv, [u * r, v, v * np.abs(v)]).certain(0))
     agree = len(signs) == 2 and signs[0] == signs[1]
-    return Planar(float(np.mean([fit.left for fit in fits.values()])) if fits else 1.0, int(signs[0]) if agree else 0)
+    along = [fit.theta[0] < 0.0 for name, fit in fits.items() if name != "torque"]
+    left = float(np.mean([fit.left for fit in fits.values()])) if fits else 1.0
+    return Planar(left, int(signs[0]) if agree else 0, bool(along) and all(along))
 
 
 def turned(seen: Filtered, heading: Array, swapped: bool, mirrored: bool = False) -> Filtered:
@@ -236,14 +240,22 @@ FRAMES = (
     ("east_north", True, True),
 )
 """Frames of the world: its name, and how `turned` is told of it."""
+MIN_FRAME_LEFT = 0.05
+"""Share of the efforts that is left at least where velocities may be those of another place or frame."""
 MIN_TURN_RAD = 1.0
 """How far a heading turns at least to show a frame [rad]."""
 OFFSETS: Array = np.arange(0.0, 2.0 * np.pi, np.pi / 12.0, dtype=np.float64)
 """Headings that are tried at the begin of a log without one [rad]."""
 
 
-def world_frame(seen: Filtered, heading: Array | None, left: float) -> tuple[str, bool] | None:
-    """The frame of the world in which the velocities are, by its name, and whether it is mirrored; None without one.
+ZERO_STEP, FAR_ZERO = np.pi / 90.0, np.pi / 9.0
+"""Step of a frame's heading that is tried about the best of OFFSETS, and the heading from which on one is named [rad]:
+compasses err by some degrees."""
+
+
+def world_frame(seen: Filtered, heading: Array | None, left: float) -> tuple[str, bool, float] | None:
+    """The frame of the world in which the velocities are, by its name, whether it is mirrored, and the heading of its
+    north [rad], where that is far from zero; None without one.
 
     Args:
         heading: (n,) [rad]; without, that of the gyro is tried from several beginnings.
@@ -254,10 +266,31 @@ def world_frame(seen: Filtered, heading: Array | None, left: float) -> tuple[str
     else:
         turn = np.concatenate(([0.0], np.cumsum(np.diff(seen.time) * seen.value["yaw_rate"][1:])))
         angles = [turn + offset for offset in OFFSETS.tolist()] if np.ptp(turn) > MIN_TURN_RAD else []
-    for name, swapped, mirrored in FRAMES:
-        if any(planar(turned(seen, angle, swapped, mirrored)).left < MIN_BETTER_RATIO * left for angle in angles):
-            return name, mirrored
-    return None
+    if not angles:
+        return None
+    seen_in = [
+        (each.left, each.reversed, name, mirrored)
+        for name, swapped, mirrored in FRAMES[: 2 if heading is None else None]  # any north is tried without a heading
+        for each in (planar(turned(seen, angle, swapped, mirrored)) for angle in angles)
+    ]
+    best, is_reversed, name, mirrored = min(seen_in)
+    north = 0.0
+    if heading is not None and (best > MIN_FRAME_LEFT or is_reversed):
+        best, north, mirrored_too = min(_to_north(seen, heading, turned_over) for turned_over in (False, True))
+        if abs(north) > FAR_ZERO:
+            name, mirrored = FRAMES[0][0], mirrored_too
+    return (name, mirrored, north if abs(north) > FAR_ZERO else 0.0) if best < MIN_BETTER_RATIO * left else None
+
+
+def _to_north(seen: Filtered, heading: Array, mirrored: bool) -> tuple[float, float, bool]:
+    """What is left at the best heading of a frame's north, that heading [rad], and whether the frame is mirrored."""
+    tried, north = OFFSETS, 0.0
+    for _ in range(2):
+        left, north = min((planar(turned(seen, heading - each, False, mirrored)).left, each) for each in tried.tolist())
+        tried = north + np.arange(-4, 5) * ZERO_STEP
+    if planar(turned(seen, heading - north, False, mirrored)).reversed:
+        north += np.pi
+    return left, float((north + np.pi) % (2.0 * np.pi) - np.pi), mirrored
 
 
 MAX_LEVER_M = 3.0

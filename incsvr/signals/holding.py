@@ -31,7 +31,7 @@ from incsvr.signals.settings import (
     YAW_RATE,
     SignalSettings,
 )
-from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS, Smoothed, nowhere, smooth
+from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS, Smoothed, mean_period, nowhere, smooth
 
 REPEATED_SHARE = 0.3
 """Share of a torque's messages that repeat the one before beyond which it is a command that was logged while it
@@ -133,7 +133,7 @@ def held_command(time: Array, value: Array, at: Array, reach: float, gap: float)
         step=np.full(at.size, np.inf),
         count=(tail - head + 1).astype(np.float64),
         spikes=np.zeros(at.size),
-        period=(time[tail] - time[head]) / np.maximum(tail - head, 1),
+        period=mean_period(time, head, tail),
     )
 
 
@@ -158,5 +158,5 @@ def stepped_command(time: Array, value: Array, at: Array, smoothing: float, gap:
     # When it changed is known: nothing of its slope is in doubt.
     first = np.minimum(np.searchsorted(time, at - reach, side="left"), time.size - 1)
     last = np.maximum(np.searchsorted(time, at + reach, side="right") - 1, 0)
-    period = (time[last] - time[first]) / np.maximum(last - first, 1)
+    period = mean_period(time, first, np.maximum(last, first))
     return replace(drawn, period=period, slope=np.where(drawn.complete, 0.0, np.nan))

@@ -122,6 +122,26 @@ def _covered(
     return covered
 
 
+LOST_STEPS = 1.5
+"""Mean steps from which on one is that over a message that was lost."""
+
+
+def mean_period(time: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -> Array:
+    """(m,) the mean step of stamps (n,) from `first` to `last` [s], but for those over a message that was lost."""
+    counts = last - first
+    mean: Array = (time[last] - time[first]) / np.maximum(counts, 1)
+    filled = np.flatnonzero(counts > 0)
+    starts = np.cumsum(counts[filled]) - counts[filled]
+    index = np.repeat(first[filled] - starts, counts[filled]) + np.arange(counts[filled].sum())
+    step = time[index + 1] - time[index]
+    lost = step > LOST_STEPS * np.repeat(mean[filled], counts[filled])
+    if lost.any():
+        kept = np.add.reduceat((~lost).astype(np.float64), starts)
+        whole = np.add.reduceat(np.where(lost, 0.0, step), starts)
+        mean[filled] = np.where(kept < counts[filled], whole / np.maximum(kept, 1.0), mean[filled])
+    return mean
+
+
 def _lines(
     time: Array,
     value: Array,
@@ -145,7 +165,7 @@ def _lines(
     move[ends] = 0.0  # from one window to the next
     left_out, alone = spikes(apart, move, starts, counts)
     smoothed.count[block], smoothed.spikes[block] = counts, np.add.reduceat(left_out.astype(np.float64), starts)
-    smoothed.period[block] = (time[last[block] - 1] - time[first[block]]) / (counts - 1)
+    smoothed.period[block] = mean_period(time, first[block], last[block] - 1)
     _extent(samples, move, left_out | alone, starts, ends, block, smoothed)
     aside: Array = time[index[left_out]]
     if left_out.any():

@@ -163,7 +163,12 @@ def _read(args: argparse.Namespace, description: LogDescription) -> LogSummary:
     looks = {} if measured is None else in_degrees(proposal.inputs, measured.streams)
     proposal = replace(proposal, notes=(*looks.values(), *dive.notes, *proposal.notes))
     return LogSummary(
-        dive.name, log.format, _streams(topics, tables, proposal.inputs), proposal, measured, frozenset(looks)
+        dive.name,
+        log.format,
+        _streams(topics, tables, proposal.inputs),
+        proposal,
+        measured,
+        frozenset(n for n in looks if ":deg" in looks[n]),
     )
 
 

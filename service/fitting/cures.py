@@ -39,7 +39,7 @@ CURES: Mapping[str, str] = {
     "heading": "give {column}",
     "hands": "turn it: {column}",
     "place": "give it: --set 'inputs.velocity_place=[{ahead:.2f}, {aside:.2f}, 0]'",
-    "frame": "give {column}--set inputs.velocity_frame={frame}",
+    "frame": "give {column}--set inputs.velocity_frame={frame}{north}",
     "frame without heading": "record the heading, name it by --column heading=NAME, and give --set "
     "inputs.velocity_frame={frame}",
     "other velocities": "give --set vehicle.mass_matrix=…, learn over them with --set learner.inputs=…, or let `incsvr "

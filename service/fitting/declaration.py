@@ -128,14 +128,19 @@ def _doubt(shown: ApparentInertia | None, declared: float, run: Recording, is_sl
         return f"{asks}, as if a {words.rate} in rad/s were read as deg/s, as its name says: {mends}"
     if is_slow and MILLISECOND_FACTORS[0] <= shown.middle / declared <= MILLISECOND_FACTORS[1]:
         return f"{asks}, as if stamps in milliseconds were read as seconds: {cure('milliseconds', axis)}"
-    unit, scale = _unit(shown, declared, words.effort), column(run, axis.effort, "*SCALE")
+    is_whole = bool((run.effort == np.round(run.effort)).all())
+    unit, scale = _unit(shown, declared, words.effort, is_whole), column(run, axis.effort, "*SCALE")
     if unit is not None:
         return f"{unit}: {cure('scale', axis, column=scale)}; {asks}: {cure('own inertia', axis)}"
     return f"{asks}: {cure('inertia or scale', axis, column=scale)}"
 
 
-def _unit(shown: ApparentInertia, declared: float, effort: str) -> str | None:
-    """The probable unit of a torque that disagrees with the inertia, by its values; None for N m."""
+def _unit(shown: ApparentInertia, declared: float, effort: str, is_whole: bool) -> str | None:
+    """The probable unit of a torque that disagrees with the inertia, by its values; None for N m.
+
+    Args:
+        is_whole: whether all of them are whole numbers.
+    """
     reach = max(abs(shown.largest), abs(shown.smallest))
     too_small = declared > shown.middle
     if too_small and reach <= 1.0:
@@ -144,6 +149,8 @@ def _unit(shown: ApparentInertia, declared: float, effort: str) -> str | None:
         return f"the {effort} may be in per cent of full thrust (all within ±{MAX_PER_CENT:g})"
     if not too_small and MAX_PER_CENT < reach <= MAX_PULSE_OFFSET_US:
         return f"the {effort} may be a servo's pulse minus its neutral, in µs (all within ±{MAX_PULSE_OFFSET_US:g})"
+    if not too_small and is_whole:
+        return f"the {effort} may have lost its decimal mark in the export, as by another locale (all whole numbers)"
     return None
 
 

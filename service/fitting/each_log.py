@@ -13,6 +13,7 @@ import numpy as np
 
 from incsvr.checks.own_motion import (
     MIN_BETTER_RATIO,
+    MIN_FRAME_LEFT,
     Filtered,
     Response,
     filtered,
@@ -42,8 +43,6 @@ MIN_OTHER_DELAY_S = 0.035
 """Delay beside the others' from which on it is one log's own [s]: two steps of those that are tried."""
 MAX_LEFT = 0.05
 """Share of an effort that is left at most where a delay is known well."""
-MIN_FRAME_LEFT = 0.05
-"""Share that is left at least where velocities may be those of another place or frame."""
 
 
 def refuse_dives(runs: Sequence[Recording], unseen: Sequence[Recording] = ()) -> None:
@@ -214,17 +213,20 @@ def refuse_frame(runs: Sequence[Recording]) -> None:
         )
 
 
-def _of_world(run: Recording, frame: str, mirrored: bool, with_heading: bool) -> str:
-    """The sentence on velocities in the world's frame."""
-    north, east = frame.split("_")
-    looks = f"surge and sway look like velocities to the {north} and {east}: turned by the "
+def _of_world(run: Recording, frame: str, mirrored: bool, zero: float, with_heading: bool) -> str:
+    """The sentence on velocities in the world's frame, whose north has a heading [rad]."""
+    first, second = frame.split("_")
+    off = f" of a frame whose north has the heading {degrees(zero):.0f}°" if zero else ""
+    looks = f"surge and sway look like velocities to the {first} and {second}{off}: turned by the "
     if not with_heading:
         mends = cure("frame without heading", YAW, frame=frame)
         return f"{looks}integral of the yaw rate, they explain the efforts; {mends}"
     side = "surge" if frame == "east_north" else "sway"
     turn = f"{column(run, side, '-', False)} " if mirrored else ""
     other = ", east counted to the other side than the heading" if mirrored else ""
-    return f"{looks}heading{other}, they explain the efforts; {cure('frame', YAW, column=turn, frame=frame)}"
+    north = f" --set inputs.velocity_north={zero:.2f}" if zero else ""
+    mends = cure("frame", YAW, column=turn, frame=frame, north=north)
+    return f"{looks}heading{other}, they explain the efforts; {mends}"
 
 
 def _in_plane(runs: Sequence[Recording]) -> list[tuple[Recording, Filtered, Array | None]]:

@@ -84,7 +84,10 @@ class Clock:
         vehicle, by as much as went by on the log's clock.
         """
         arrival = self.origin + (arrival - self.origin) * self.pace
-        piece = np.clip(np.searchsorted(self.arrival, arrival, side="right") - 1, 0, None)
+        # the first of those that came at once: where the log's clock falls back, all later ones stand at its highest
+        piece = np.searchsorted(self.arrival, arrival)
+        piece = piece - (np.append(self.arrival, np.inf)[piece] != arrival)
+        piece = np.clip(piece, 0, np.searchsorted(self.arrival, self.arrival[-1]))
         shift, level = self.shift[piece], self.apart[piece]
         if ours and stamps is not None:
             return stamps + shift, True
@@ -143,31 +146,52 @@ def without_leaps(time: Array) -> tuple[Array, tuple[float, ...]]:
 
 def set_at(at: float) -> str:
     """The note on a clock that was set [s]."""
-    return f"the clock of the log was set at {at:.6g} s: the log continues there"
+    return f"the clock of the log was set at {at:.10g} s: the log continues there"
 
 
 MAX_SETS = 8
 """The times that the clock of one table is set back at most: more are rows out of order, which sorting mends."""
 
+MIN_SINGLE_SHARE = 0.98
+"""Share of a table's different rows that have a stamp of their own where equal ones are the same row."""
 MIN_SET_STEPS = 10.0
 """The usual steps by which a clock that was set falls back at least: rows that changed places fall by fewer."""
 
 
 def table_time(table: Table, field: str) -> tuple[Array, tuple[str, ...]]:
     """The time of a table (n,), in its unit, that goes on where its clock was set back, and whose rows of one instant
-    are spread over it where each of them is a sample; and a note on either.
+    are spread over it where each of them is a sample, NaN in rows that come again; and a note on each.
 
     A clock that was set back makes the rows fall; where they fall because the messages of one topic follow those of
     another one, no column has values on both sides, and the rows are only out of order.
     """
-    time = table.columns[field]
-    others = [np.isfinite(values) for name, values in table.columns.items() if name != field]
-    time, sets = _continued(time, others)
-    time, at_once = _spread(time, [each for name, each in table.columns.items() if name != field])
+    others = [values for name, values in table.columns.items() if name != field]
+    again = _come_again(table.columns[field], others)
+    time = np.where(again, np.nan, table.columns[field])
+    time, sets = _continued(time, [np.isfinite(values) for values in others])
+    time, at_once = _spread(time, others)
     notes = [set_at(at) for at in sets]
+    if again.any():
+        notes.insert(0, f"{np.count_nonzero(again)} of {again.size} rows come again with all their values: taken once")
     if at_once > 1:
         notes.append(f"{at_once} rows bear each stamp of {field!r}: they are spread evenly up to the next stamp")
     return time, tuple(notes)
+
+
+def _come_again(time: Array, others: Sequence[Array]) -> NDArray[np.bool_]:
+    """(n,) whether a row was there before, stamp and all, where nearly every stamp has one row but for these.
+
+    Where stamps are coarser than rows, rows at rest are alike, too: then most stamps have several.
+    """
+    known, again = np.flatnonzero(np.isfinite(time)), np.zeros(time.size, dtype=np.bool_)
+    if known.size == np.unique(time[known]).size:
+        return again
+    rows = np.nan_to_num(np.column_stack([time, *others])[known], nan=np.inf)
+    first = np.unique(rows, axis=0, return_index=True)[1]
+    if np.unique(time[known][first]).size > MIN_SINGLE_SHARE * first.size:
+        again[known] = True
+        again[known[first]] = False
+    return again
 
 
 def _continued(time: Array, others: Sequence[NDArray[np.bool_]]) -> tuple[Array, tuple[float, ...]]:
@@ -264,7 +288,7 @@ def _without_late(begins: NDArray[np.intp], apart: Array, stamps: Array) -> NDAr
     levels = [float(np.median(piece)) for piece in np.split(apart, begins)]
     now = levels[0]
     for k, (begin, end) in enumerate(pairwise([*begins, apart.size]), start=1):
-        if levels[k] - now > SAME_CLOCK_S:
+        if SAME_CLOCK_S < levels[k] - now < MIN_LEAP_S:
             repeated = np.mean(np.isin(stamps[begin:end], stamps[:begin])) > 0.5
             if repeated or any(abs(later - now) < SAME_CLOCK_S for later in levels[k + 1 :]):
                 continue

@@ -119,6 +119,11 @@ def time_column(fields: Sequence[str]) -> tuple[str, StampUnit] | None:
     return None if time is None else (time, _stamp_unit(named[time][1]))
 
 
+def named_column(fields: Sequence[str], name: str) -> str | None:
+    """The column of `t`, the yaw rate or the torque by its name; None where no name is known."""
+    return _pick({field: _parts(field) for field in fields}, {"t": _TIMES, **_NAMES}.get(name, ()))
+
+
 def unit_of(field: str) -> str:
     """The unit in a column's name; empty where none is known."""
     spelt = _parts(field)[1]
@@ -148,7 +153,7 @@ def _pick(named: dict[str, tuple[str, str]], names: tuple[str, ...]) -> str | No
 
 
 def _stamp_unit(spelt: str) -> StampUnit:
-    units: tuple[StampUnit, ...] = ("ms", "us", "ns")
+    units: tuple[StampUnit, ...] = ("ms", "us", "ns", "min", "h", "d")
     return next((unit for unit in units if unit == spelt), "s")
 
 

@@ -22,7 +22,7 @@ from service.inputs.arming import MAX_WHOLE_NUMBER, Arming, armed_by
 from service.inputs.clocks import MAX_DELAY_S
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import InvalidMeasurement, parse
-from service.inputs.key_resolution import named_topics, resolve, with_settled_sources
+from service.inputs.key_resolution import SETTLED_MESSAGES, named_topics, resolve, with_settled_sources
 from service.inputs.live_clock import RATE, LiveClock
 from service.inputs.mapper import (
     TORQUE,
@@ -35,6 +35,7 @@ from service.inputs.mapper import (
     take,
 )
 from service.inputs.outputs import without_pulse
+from service.inputs.presets import RATE_PATHS
 from service.inputs.self_description import VehicleParameters, parameters_in
 from service.inputs.senders import SenderWatch, sentence
 from service.inputs.settings import ARRIVAL, Armed, Axis, Inputs, Source
@@ -188,6 +189,8 @@ class InputMapper:
                 return
             binding = self.bindings.setdefault(name, SourceBinding(binding.form, binding.decode, first=arrival))
         binding.message, binding.count, binding.last = message, binding.count + 1, arrival
+        if binding.type in RATE_PATHS:
+            binding.look_at_rate(RATE_PATHS[binding.type])
         if not binding.fields:
             self._map()
             binding.fields = tuple(path for path, _ in leaves(message)) or ("",)
@@ -297,6 +300,7 @@ class InputMapper:
             found.append("the torque is a fraction of full thrust, not N m, until inputs.torque.scale is set")
         for name, own in self.placed.items():
             found += self._clock.doubts(name, own, self._stamped(name))
+        found += self._turning_instead()
         for name, source in ((RATE, inputs.yaw_rate), (TORQUE, inputs.torque)):
             share = self._senders.share(name)
             if source is not None and share is not None:
@@ -312,6 +316,17 @@ class InputMapper:
                 "assumed armed"
             )
         return found
+
+    def _turning_instead(self) -> list[str]:
+        """A sentence on the keys whose yaw rate changes, where the one that is taken never did."""
+        source = self._resolved.by_key.yaw_rate
+        taken = None if source is None else self.bindings.get(source.topic)
+        if source is None or taken is None or taken.type not in RATE_PATHS or taken.moved:
+            return []
+        moving = [key for key, each in self.bindings.items() if each.moved]
+        if taken.count < SETTLED_MESSAGES or not moving:
+            return []
+        return [f"{RATE} from {source.topic} never changes, but {', '.join(moving[:4])} does: name it in inputs.{RATE}"]
 
     def _others(self) -> frozenset[str]:
         """The vehicles that are heard and left alone."""

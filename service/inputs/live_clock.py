@@ -49,6 +49,7 @@ class LiveClock:
         zeros: stamps of zero, by stream.
         paces: the newest stamps and when they came [s].
         behind: by how much the newest stamps of each other stream are behind it [s].
+        others: the newest stamps of each other stream, and when they came [s].
     """
 
     course: Array = field(default_factory=lambda: np.array([[-np.inf], [nan], [0.0], [1.0]]))
@@ -56,6 +57,7 @@ class LiveClock:
     zeros: Mapping[str, int] = field(default_factory=dict)
     paces: tuple[tuple[float, float], ...] = ()
     behind: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    others: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
 
     @property
     def newest(self) -> float:
@@ -94,7 +96,7 @@ class LiveClock:
             course.append((number, newest, came, _pace(paces)))
         counts = {**self.zeros, RATE: zeros}
         went = np.concatenate((self.course[:, -KEPT_MESSAGES:], np.array(course).T), axis=1)
-        return LiveClock(went, late, counts, tuple(paces), self.behind), np.array(times)
+        return replace(self, course=went, late=late, zeros=counts, paces=tuple(paces)), np.array(times)
 
     def _of(self, name: str, order: Array, arrival: Array, stamps: Array | None) -> tuple[LiveClock, Array, bool]:
         """As `take`, for other messages."""
@@ -114,10 +116,13 @@ class LiveClock:
         turns = np.round(np.where(np.isfinite(apart), apart, 0.0) / WRAP_S)
         own = ~unset & (np.abs(apart - turns * WRAP_S) <= MAX_APART_S)
         times = np.where(known, np.where(own, stamps + turns * WRAP_S, by_arrival), stamps)
-        ends = own & (last == np.arange(order.size))
+        ended = last == np.arange(order.size)
+        ends = own & ended
         lags = (apart - turns * WRAP_S + arrival - came)[ends].tolist()
         behind = {**self.behind, name: (*self.behind.get(name, ()), *lags)[-LAG_MESSAGES:]}
-        clock = replace(self, zeros={**self.zeros, name: int(count[-1])}, behind=behind)
+        came_at = zip(stamps[ended].tolist(), arrival[ended].tolist(), strict=True)
+        others = {**self.others, name: (*self.others.get(name, ()), *came_at)[-LAG_MESSAGES:]}
+        clock = replace(self, zeros={**self.zeros, name: int(count[-1])}, behind=behind, others=others)
         return clock, times, bool(own[-1] or not known[-1])
 
     @property
@@ -145,8 +150,12 @@ class LiveClock:
         found = [pace_note(RATE, self.pace)] if not own and self.pace != 1.0 else []
         lag = self.lag(name)
         if not own and stamped:
+            pace = _pace(self.others.get(name, ()))
+            runs = "" if pace == 1.0 or self.pace != 1.0 else f", and run at {pace:.2g} times the speed of the arrivals"
+            cure = f", as a simulator's do: send {RATE} with stamps of that clock" if runs else ""
             found.append(
-                f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival are used"
+                f"the stamps of {name} are of another clock than those of yaw_rate{runs}: its times of arrival are "
+                f"used{cure}"
             )
         elif lag is not None:
             found.append(

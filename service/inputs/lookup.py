@@ -113,6 +113,7 @@ class _Lookup:
 
         rows = [row for row in self.preset.rows if row.quantity == name]
         found = [(row, topic) for row in rows for topic in self.topics.get(row.kind, ()) if _has(row, topic)]
+        found = [each for each in found if not each[0].moving or self._rank(each, unseen=3) < 3]
         return sorted((each for each in found if not each[0].beside or each[1] == turning), key=place)
 
     def _others(self, name: str, found: Sequence[Candidate]) -> tuple[str, ...]:
@@ -127,9 +128,9 @@ class _Lookup:
             why += " that is no camera's"
         return others_note(name, _shown(taken[1]), [_shown(topic) for _, topic in rest], why)
 
-    def _rank(self, candidate: Candidate) -> int:
+    def _rank(self, candidate: Candidate, unseen: int = 0) -> int:
         row, topic = candidate
-        return self.observed.ranks.get((topic.name, row.field), 0)
+        return self.observed.ranks.get((topic.name, row.field), unseen)
 
     def _armed(self, found: Sequence[Candidate]) -> Armed | None:
         """What says whether the vehicle is armed; where that is told by events, they are expected though none came."""

@@ -138,6 +138,11 @@ def _with_whole_stamps(places: Sequence[Place], tables: Mapping[str, Table]) -> 
             time = table.columns[stamp]
             time = np.where(np.isnan(without_unset(time * STAMP_UNITS[unit])), np.nan, time)
         known = time[np.isfinite(time)]
+        if known.size > 1 and not np.ptp(known) and table.arrival is None:
+            raise BadInput(
+                f"the time {stamp!r} is {known[0]:g} in every row, as where an export cut its digits; export it with "
+                "all of them"
+            )
         if known.size > 1 and not np.ptp(known):  # nobody set them
             time = np.full(time.size, np.nan)
         elif known.size and table.arrival is not None and table.arrival.size > 1 and not np.ptp(table.arrival):
@@ -186,7 +191,8 @@ def _notes(
         yield from (note for marked, note in marks.items() if marked == name)
         source = inputs.sources_of(axis.rate, axis.effort).get(name, inputs.thrusters)
         stamps = None if source is None else stamps_of(source, tables[topic])
-        unset = 0 if stamps is None else int(np.isnan(stamps).sum())
+        timed = stamps is not None and tables[topic].arrival is not None
+        unset = int(np.isnan(stamps).sum()) if stamps is not None and timed else 0
         if unset and is_own:
             count = tables[topic].count
             yield f"{unset} of {count} messages of {topic} have no stamp: their times of arrival are used"

@@ -34,6 +34,7 @@ class Row:
         stamp_unit: its unit.
         beside: whether the topic of the yaw rate alone is asked for it.
         otherwise: whether it is asked for only where nothing else has the quantity.
+        moving: whether it is taken from a log alone, where its values move: many drivers leave it empty.
         armed: of `armed`, how the number says so, as in the section `inputs`; where it is empty, any but 0 does.
     """
 
@@ -46,6 +47,7 @@ class Row:
     stamp_unit: StampUnit = "s"
     beside: bool = False
     otherwise: bool = False
+    moving: bool = False
     armed: Mapping[str, Any] = default(default_factory=dict)
 
 
@@ -80,7 +82,7 @@ class Preset:
     @property
     def listened(self) -> tuple[str, ...]:
         """The kinds that are listened to on a bus."""
-        kinds = (*(row.kind for row in self.rows if row.quantity != COMMAND), *self.heard)
+        kinds = (*(row.kind for row in self.rows if row.quantity != COMMAND and not row.moving), *self.heard)
         return tuple(dict.fromkeys(kinds)) if self.keys else ()
 
     def expressions(self) -> tuple[str, ...]:
@@ -176,6 +178,7 @@ _KEELSON = Preset(
 """Keelson, the maritime conventions on Zenoh: the subject in a key says what it is and in which unit."""
 
 _of_ros = partial(Row, stamp="header.stamp")
+_moving = partial(_of_ros, moving=True)
 ROS2 = Preset(
     "ros2",
     lambda topic: topic.type,
@@ -189,6 +192,21 @@ ROS2 = Preset(
         _of_ros("torque", "geometry_msgs/msg/Wrench", "torque.z", "N m"),
         _of_ros("surge", "nav_msgs/msg/Odometry", "twist.twist.linear.x", "m/s"),
         _of_ros("sway", "nav_msgs/msg/Odometry", "twist.twist.linear.y", "m/s"),
+        *(
+            _moving(name, f"geometry_msgs/msg/{kind}", f"{path}linear.{axis}", "m/s")
+            for kind, path in (("TwistWithCovarianceStamped", "twist.twist."), ("TwistStamped", "twist."))
+            for name, axis in (("surge", "x"), ("sway", "y"), ("heave", "z"))
+        ),
+        _moving("heave", "nav_msgs/msg/Odometry", "twist.twist.linear.z", "m/s"),
+        *(
+            _moving(f"{name}_force", f"geometry_msgs/msg/{kind}", f"{path}force.{axis}", "N")
+            for kind, path in (("WrenchStamped", "wrench."), ("Wrench", ""))
+            for name, axis in (("surge", "x"), ("sway", "y"), ("heave", "z"))
+        ),
+        _moving("heading", "sensor_msgs/msg/Imu", "orientation.yaw", "rad"),
+        _moving("heading", "nav_msgs/msg/Odometry", "pose.pose.orientation.yaw", "rad"),
+        _moving("heading", "geometry_msgs/msg/PoseWithCovarianceStamped", "pose.pose.orientation.yaw", "rad"),
+        _moving("heading", "geometry_msgs/msg/PoseStamped", "pose.orientation.yaw", "rad"),
         _of_ros("roll_rate", "sensor_msgs/msg/Imu", "angular_velocity.x", "rad/s", beside=True),
         _of_ros("pitch_rate", "sensor_msgs/msg/Imu", "angular_velocity.y", "rad/s", beside=True),
         Row("armed", "mavros_msgs/msg/State", "armed"),

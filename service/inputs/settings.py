@@ -247,6 +247,9 @@ class Inputs(Section):
         default="body",
         description="axes of a log's surge and sway: body, or north and east, turned into the body by the heading",
     )
+    velocity_north: float = Field(
+        default=0.0, description="heading of that north, where a log's frame has one of its own [rad]"
+    )
     velocity_place: Vector = Field(
         default=(0.0, 0.0, 0.0),
         description="place at which a log's velocities are measured, ahead first, from where the efforts act [m]",

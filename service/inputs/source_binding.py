@@ -28,6 +28,7 @@ class SourceBinding:
         evidence: what they show of the vehicle that they are of.
         numbers: the paths of the numbers that are taken from them.
         stamps: the paths of their stamps.
+        moved: whether the yaw rate that they may hold has ever changed.
     """
 
     form: str
@@ -40,6 +41,8 @@ class SourceBinding:
     evidence: VehicleEvidence | None = None
     numbers: tuple[str, ...] = ()
     stamps: tuple[str, ...] = ()
+    moved: bool = False
+    _rate: float | None = None
     _arrival: array[float] = field(default_factory=lambda: array("d"))
     _columns: dict[str, array[float]] = field(default_factory=dict)
 
@@ -47,6 +50,12 @@ class SourceBinding:
     def type(self) -> str:
         """The type of its messages: that of CDR, or the form that says what stands in them; empty for plain JSON."""
         return "" if self.form == "json" else self.form.removeprefix("cdr:")
+
+    def look_at_rate(self, path: str) -> None:
+        """Compares the yaw rate of the newest message with the one before."""
+        rate = number(self.message, path)
+        self.moved |= self._rate is not None and rate is not None and rate != self._rate
+        self._rate = rate
 
     def rows(self) -> tuple[dict[str, list[float]], list[str]]:
         """The numbers of the newest message by their paths, as many of each, and why some are left out."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from incsvr.numerics import Array
 
-StampUnit = Literal["s", "ms", "us", "ns"]
+StampUnit = Literal["s", "ms", "us", "ns", "min", "h", "d"]
 ROWS = "rows"
 """The name of the one topic of a log that is a table."""
 MESSAGE = "(message)"

@@ -35,7 +35,7 @@ _BY_SI_UNIT: dict[str, dict[str, float]] = {
 """SI unit → unit → SI over the unit: µs of a servo pulse and °C stay as they are."""
 FACTORS = {name: factor for units in _BY_SI_UNIT.values() for name, factor in units.items()}
 SI_UNITS = {name: si for si, units in _BY_SI_UNIT.items() for name in units}
-STAMP_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+STAMP_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 """Seconds over the unit of a stamp."""
 _SPELLINGS = {
     "degps": "deg/s",
@@ -77,6 +77,9 @@ _SPELLINGS = {
     "milliseconds": "ms",
     "microseconds": "us",
     "msec": "ms",
+    "minutes": "min",
+    "hours": "h",
+    "days": "d",
     "°c": "degC",
 }
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from service.cli.extras import load_package
+from service.inputs.forms import cdr
 from service.inputs.senders import SENDER
 from service.inputs.table import Topic
 from service.logs.log import Damage, Log, TableBuilder, first_line
@@ -124,7 +125,7 @@ def _fields(message: Any) -> dict[str, Any]:
         if name == "__msgtype__":
             continue
         found[name] = _plain(getattr(message, name))
-    return found
+    return cdr.with_yaw(found) if message.__msgtype__ == cdr.QUATERNION else found
 
 
 def _plain(value: Any) -> Any:

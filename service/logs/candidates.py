@@ -13,13 +13,14 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array, Stream, Streams, running_integral
-from incsvr.plant.axes import AXES
+from incsvr.plant.axes import AXES, Axis
 from incsvr.signals.scales import white_noise
 from service.inputs.column_spec import typed_source, typed_source_with_unit
 from service.inputs.owners import base
-from service.inputs.presets import NO_RATE_FIELD, RATE_PATHS, TORQUE_PATHS
+from service.inputs.presets import NO_RATE_FIELD, RATE_PATHS, ROS2, TORQUE_PATHS
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import ROWS, Table, Topic
+from service.inputs.units import FACTORS
 from service.logs.log import Log
 
 _FIELDS = {**RATE_PATHS, **TORQUE_PATHS}
@@ -52,7 +53,7 @@ def rank(values: Array, marked: bool = False) -> int:
 
 
 def ranks(log: Log, topics: Sequence[Topic]) -> dict[tuple[str, str], int]:
-    """How poor the candidates for yaw rate and torque are, where there are several: by topic and field."""
+    """How poor candidates are: by topic and field, those for yaw rate and torque where there are several."""
     found: dict[tuple[str, str], int] = {}
     fields = {topic.name: _FIELDS.get(topic.type) or _OF_INSTANCES.get(base(topic.name)) for topic in topics}
     wanted = {name: field for name, field in fields.items() if field is not None}
@@ -61,6 +62,9 @@ def ranks(log: Log, topics: Sequence[Topic]) -> dict[tuple[str, str], int]:
             field = wanted[name]
             if field in table.columns:
                 found[name, field] = rank(table.columns[field], _is_marked(table))
+    for row in ROS2.rows:
+        for name, table in log.read({topic.name for topic in topics if row.moving and topic.type == row.kind}).items():
+            found[name, row.field] = rank(table.columns.get(row.field, np.empty(0)))
     if any(topic.name == ROWS for topic in topics):
         table = log.read([ROWS])[ROWS]
         found |= {(ROWS, field): rank(values) for field, values in table.columns.items()}
@@ -121,8 +125,8 @@ def _reach(tables: Mapping[str, Table], topic: str, field: str) -> float:
     return float(np.quantile(np.abs(known - np.median(known)), 0.99)) if known.size else 0.0
 
 
-FASTEST_RATES = {axis.rate: axis.fastest for axis in AXES.values() if not axis.along}
-"""The rates about an axis, and the fastest that a vehicle turns about it [rad/s]."""
+ABOUT = {axis.rate: axis for axis in AXES.values() if not axis.along}
+"""The rates about an axis, and the axis."""
 MAX_OUTLIER_PART = 0.02
 """The part of the values beyond what a vehicle reaches up to which they are single outliers."""
 FULL_TURN_DEG = 360.0
@@ -135,18 +139,18 @@ def in_degrees(inputs: Inputs, streams: Streams) -> dict[str, str]:
     """Sentences on quantities that seem to be in degrees, by name, with the flag to type."""
     sources: dict[str, Source | None] = {"yaw_rate": inputs.yaw_rate, **inputs.channels}
     found = {
-        name: _sentence(name, source, "deg/s", "rad/s")
+        name: _sentence(name, source, likely_scale(ABOUT[name], _largest(streams[name][1])), "rad/s")
         for name, source in sources.items()
-        if name in FASTEST_RATES and source is not None and _beyond(name, source, streams)
+        if name in ABOUT and source is not None and _beyond(name, source, streams)
     }
     heading, rate = sources.get("heading"), sources["yaw_rate"]
     if found or heading is None or rate is None or not {"heading", "yaw_rate"} <= set(streams):
         return found
     ratio = _turning_ratio(*streams["heading"], *streams["yaw_rate"])
     if heading.unit in ("", "rad") and heading_in_degrees(streams["heading"], streams["yaw_rate"]):
-        found["heading"] = _sentence("heading", heading, "deg", "rad")
+        found["heading"] = _sentence("heading", heading, ":deg", "rad")
     if rate.unit in ("", "rad/s") and DEGREES_RATIOS[0] < ratio * degrees(1.0) < DEGREES_RATIOS[1]:
-        found["yaw_rate"] = _sentence("yaw_rate", rate, "deg/s", "rad/s")
+        found["yaw_rate"] = _sentence("yaw_rate", rate, ":deg/s", "rad/s")
     return found
 
 
@@ -171,15 +175,29 @@ def refuse_without_numbers(path: Path, log: Log) -> None:
     )
 
 
-def _sentence(name: str, source: Source, looks: str, taken: str) -> str:
-    place = shlex.quote(f"{name}={typed_source(source)}:{looks}")
-    return f"{name} looks like {looks} and is read as {taken}: --column {place}"
+def _sentence(name: str, source: Source, scale: str, taken: str) -> str:
+    place, looks = shlex.quote(f"{name}={typed_source(source)}{scale}"), scale.removeprefix(":")
+    return f"{name} looks like {looks if looks != scale else 'raw numbers'} and is read as {taken}: --column {place}"
+
+
+def likely_scale(axis: Axis, reach: float) -> str:
+    """What brings velocities that reach so far [SI] about 1 m/s or 1 rad/s, as it is typed behind a column."""
+    units = ("kn", "cm/s", "mm/s") if axis.along else ("deg/s", "mrad/s", "cdeg/s")
+    unit = min(units, key=lambda each: abs(np.log(max(reach, 1e-9) * FACTORS[each])))
+    if reach * FACTORS[unit] <= axis.fastest:
+        return f":{unit}"
+    return f"*{10.0 ** -np.ceil(np.log10(reach / axis.fastest)):g}"
+
+
+def _largest(values: Array) -> float:
+    """The largest magnitude of values (n,), but for single outliers."""
+    return float(np.quantile(np.abs(values), 0.99))
 
 
 def _beyond(name: str, source: Source, streams: Streams) -> bool:
     if source.unit not in ("", "rad/s") or name not in streams:
         return False
-    return float(np.mean(np.abs(streams[name][1]) > FASTEST_RATES[name])) > MAX_OUTLIER_PART
+    return float(np.mean(np.abs(streams[name][1]) > ABOUT[name].fastest)) > MAX_OUTLIER_PART
 
 
 def _compass(heading: Array) -> bool:

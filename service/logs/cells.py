@@ -15,8 +15,8 @@ from incsvr.numerics import Array
 from service.inputs.units import FACTORS, STAMP_UNITS, unit
 from service.number import number_of
 
-EMPTY_CELLS = {"", "nan", "na", "n/a", "null", "none", "-"}
-"""The cells in whose place nothing was sampled."""
+EMPTY_CELLS = {"", "nan", "na", "n/a", "null", "none", "-", "#n/a", "#value!", "#div/0!", "#num!", "#ref!", "#null!"}
+"""The cells in whose place nothing was sampled, or a spreadsheet could not compute it."""
 DAY_S, HOUR_S = 86_400.0, 3600.0
 _CLOCK = re.compile(
     r"^(?:(\d+) days? )?(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:[.,]\d+)?)\s*([ap])?\.?(?:m\.?)?$", re.IGNORECASE
@@ -74,6 +74,11 @@ def columns_of(header: Sequence[str], rows: Sequence[Sequence[str]], ours: bool 
         said = [f"{name} in {each}{'' if unit(each) else ' (taken as SI)'}" for name, each in units.items() if each]
         notes.append(f"row 2 holds no numbers, and is read as units: {', '.join(said)}")
     return Columns(numbers, texts, tuple(instants), tuple(dict.fromkeys(notes)))
+
+
+def first_unread(cells: Sequence[str]) -> int:
+    """The place of the first cell of a column of texts that is no number, date or time of day where others are."""
+    return next((k for k, cell in enumerate(cells) if _read([cell])[0] is None and cell.lower() not in EMPTY_CELLS), 0)
 
 
 def refuse_split_decimals(path: object, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -44,7 +44,8 @@ def open_log(path: Path, ours: bool = False) -> Log:
     rows = [row for row in every if any(row)]
     if not rows:
         raise BadInput(f"{path}: the file is empty; a log begins with a header that names its columns")
-    header = [name.strip() for name in rows[0]]
+    again = [number for number, row in enumerate(every[1:], start=2) if row == rows[0]]
+    rows, header = [rows[0], *(row for row in rows[1:] if row != rows[0])], [name.strip() for name in rows[0]]
     if any(header) and all(_is_number(name) for name in header):
         raise BadInput(f"{path}, row 1: the header is missing, the first row holds numbers; name the columns there")
     if len(rows) < 2:
@@ -52,6 +53,9 @@ def open_log(path: Path, ours: bool = False) -> Log:
     refuse_unnamed(path, header)
     refuse_split_decimals(path, header, rows[1:])
     found = columns_of(header, rows[1:], ours)
+    if again:
+        note = f"the header comes again in row {again[0]}{' and others' * (len(again) > 1)}: it is left out there"
+        found = replace(found, notes=(*found.notes, note))
     log = table_log("CSV", Table(None, found.numbers, found.texts, found.instants), found.notes)
     if not ours or found.notes or "t" in found.instants:
         return log

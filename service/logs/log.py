@@ -9,7 +9,7 @@ from __future__ import annotations
 from array import array
 from collections import Counter
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from service.inputs.owners import base
 from service.inputs.table import ROWS, Table, Topic, leaves
 
@@ -102,7 +103,22 @@ def table_log(form: str, table: Table, notes: tuple[str, ...] = ()) -> Log:
 
     Nothing says when its rows were written down, but a column that is the time.
     """
+    table = replace(table, columns={**table.columns, **_joined_stamps(table.columns)})
     return Log(form, (Topic(ROWS, "", tuple(table.columns), table.count),), {ROWS: table}, notes)
+
+
+_STAMP_PARTS = (("secs", "nsecs"), ("sec", "nanosec"), ("sec", "nsec"))
+
+
+def _joined_stamps(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Stamps [s] of columns that hold their seconds and nanoseconds, as exports of ROS have them."""
+    found = {}
+    for name, seconds in columns.items():
+        for whole, part in _STAMP_PARTS:
+            begin = name.removesuffix(whole)
+            if name.endswith(whole) and f"{begin}{part}" in columns:
+                found[begin.rstrip("._/") or "stamp"] = seconds + 1e-9 * columns[f"{begin}{part}"]
+    return {name: stamps for name, stamps in found.items() if name not in columns}
 
 
 class TableBuilder:

@@ -17,7 +17,7 @@ from incsvr.plant.axes import YAW, Axis
 from service.inputs import self_description
 from service.inputs.clocks import table_time
 from service.inputs.column_spec import ColumnSpec, parse_columns, split_file
-from service.inputs.columns import time_column
+from service.inputs.columns import named_column, time_column
 from service.inputs.lookup import propose
 from service.inputs.measured_streams import MeasuredStreams, measure
 from service.inputs.owners import autopilot_message, system_of
@@ -28,6 +28,7 @@ from service.inputs.table import ROWS, Assumption, StampUnit, Table, Topic, usua
 from service.inputs.units import STAMP_UNITS
 from service.logs import cutting
 from service.logs.candidates import ranks
+from service.logs.cells import first_unread
 from service.logs.choosing import choose_vehicle
 from service.logs.cutting import Cut, Span, refuse_empty, streams_inside
 from service.logs.log import Log
@@ -180,12 +181,11 @@ def _stamped(proposal: Proposal, found: Inputs, said: ColumnSpec, log: Log) -> P
                 missing["t"] = doubt
             stamps = {ROWS: (stamp, unit)}
             notes += note
-        elif (spelt := time_column(tuple(table.texts))) is not None:
-            cell = next((cell for cell in table.texts[spelt[0]] if cell), "")
-            missing["t"] = (
-                f"the column {spelt[0]!r} holds {cell!r}, which is read as no time: write seconds, or ISO 8601 as in "
-                "2024-05-01T12:00:00.05"
-            )
+        elif len(rising := _rising_columns(table)) == 1:
+            unit = guessed_unit(table.columns[rising[0]])
+            cure = shlex.quote(f"t={rising[0]}:{unit}")
+            missing["t"] = f"no column is recognised as the time; if it is {rising[0]!r}, give --column {cure}"
+        missing |= _unread(table, missing)
 
     def places(name: str, source: Any, topic: str) -> dict[str, Any]:
         already = name != "armed" and topic != ROWS and bool(getattr(source, "stamp", None))
@@ -197,6 +197,29 @@ def _stamped(proposal: Proposal, found: Inputs, said: ColumnSpec, log: Log) -> P
     return replace(proposal, inputs=renamed(inputs, places), missing=missing, notes=tuple(notes))
 
 
+def _rising_columns(table: Table) -> list[str]:
+    """The columns of a table whose values never fall, and change."""
+    known = {name: values[np.isfinite(values)] for name, values in table.columns.items()}
+    return [name for name, each in known.items() if each.size > 2 and np.ptp(each) > 0.0 and (np.diff(each) >= 0).all()]
+
+
+def _unread(table: Table, missing: Mapping[str, str]) -> dict[str, str]:
+    """Sentences on what is missing because the column of that name holds texts."""
+    found = {}
+    for name in missing:
+        column = named_column(tuple(table.texts), name)
+        if column is None:
+            continue
+        row = first_unread(table.texts[column])
+        how = (
+            "time: write seconds, or ISO 8601 as in 2024-05-01T12:00:00.05"
+            if name == "t"
+            else "number: correct it, or leave the cell empty"
+        )
+        found[name] = f"row {row + 2}: {column!r} is {table.texts[column][row]!r}, which is read as no {how}"
+    return found
+
+
 def _unit(said: ColumnSpec, stamp: str, named: StampUnit, table: Table) -> tuple[StampUnit, list[str]]:
     """The unit of a table's time: as it was said, as the column's name says, or by its steps and its size."""
     for unit in STAMP_UNITS:
@@ -206,15 +229,33 @@ def _unit(said: ColumnSpec, stamp: str, named: StampUnit, table: Table) -> tuple
     if time is None or said.stamp_unit == "s":
         return "s", []
     guess = guessed_unit(time)
-    return guess, [] if guess == "s" else [
-        Assumption(
-            f"the time {stamp!r} is read as {guess}, by its steps (--column {shlex.quote(f't={stamp}:{guess}')})"
-        )
-    ]
+    if guess == "s" and _may_be_minutes(time[np.isfinite(time)]):
+        span, cure = float(np.nanmax(time) - np.nanmin(time)), shlex.quote(f"t={stamp}:min")
+        return guess, [Assumption(f"the time {stamp!r} is read as s, {span:.2g} in all (if min: --column {cure})")]
+    how = "days, by its size" if guess == "d" else f"{guess}, by its steps"
+    cure = shlex.quote(f"t={stamp}:{guess}")
+    return guess, [] if guess == "s" else [Assumption(f"the time {stamp!r} is read as {how} (--column {cure})")]
 
 
 MIN_STEP_S = 2e-4
 """The shortest typical step of a table [s]: no vehicle's log is faster than 5 kHz."""
+USUAL_STEP_S = 0.05
+"""A usual step of a table [s], to which a unit of the time leads."""
+MIN_LOG_S, MAX_STEP_IN_MINUTES = 5.0, 4e-3
+"""A log that is shorter may count minutes where its steps are at most so long, a quarter of a second."""
+LONGER_UNITS: tuple[StampUnit, ...] = ("d", "h", "min")
+DAY_NUMBERS = ((36_526.0, 73_051.0), (730_486.0, 767_011.0))
+"""Days since 1900 as spreadsheets count them, and since the year 0 as MATLAB does, from 2000 to 2100."""
+
+
+def _may_be_minutes(time: Array) -> bool:
+    """Whether stamps (n,) without a unit may be minutes: a log would be short, or its steps round in minutes alone."""
+    step = _step(time)
+    if not MIN_STEP_S <= step < MAX_STEP_IN_MINUTES:
+        return False
+    tenths, milliseconds = 1e4 * step, 60e3 * step
+    is_round = abs(milliseconds - round(milliseconds)) < 0.01 < abs(tenths - round(tenths))
+    return is_round or float(np.ptp(time)) < MIN_LOG_S
 
 
 def _wrong_unit(said: ColumnSpec, stamp: str, unit: StampUnit, table: Table) -> str | None:
@@ -223,12 +264,15 @@ def _wrong_unit(said: ColumnSpec, stamp: str, unit: StampUnit, table: Table) -> 
     if said.stamp_unit is not None or time is None or stamp in table.instants:
         return None
     step, guess = _step(time[np.isfinite(time)]), guessed_unit(time)
-    if guess == unit or step <= 0.0 or MIN_STEP_S <= step * STAMP_UNITS[unit] <= MAX_STEP_S:
+    if step <= 0.0 or MIN_STEP_S <= step * STAMP_UNITS[unit] <= MAX_STEP_S:
         return None
+    if guess == unit:
+        guess = min(LONGER_UNITS, key=lambda each: abs(np.log(step * STAMP_UNITS[each] / USUAL_STEP_S)))
     span = float(np.nanmax(time) - np.nanmin(time)) * STAMP_UNITS[unit]
     cure = shlex.quote(f"t={stamp}:{guess}")
+    named = ", as its name says" if unit != "s" or guess not in LONGER_UNITS else ""
     return (
-        f"the time {stamp!r} is read as {unit}, as its name says: the log would last {span:.2g} s, at a step of "
+        f"the time {stamp!r} is read as {unit}{named}: the log would last {span:.2g} s, at a step of "
         f"{step * STAMP_UNITS[unit]:.2g} s; if it is in {guess}, give --column {cure}"
     )
 
@@ -240,6 +284,8 @@ def guessed_unit(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StampUni
         return "s"
     size = float(np.median(np.abs(known)))
     units: tuple[StampUnit, ...] = ("s", "ms", "us", "ns")
+    if _step(known) < MIN_STEP_S and any(low <= size < high for low, high in DAY_NUMBERS):
+        return "d"
     for unit in units:
         if cutting.MIN_STAMP_SINCE_1970_S <= size * STAMP_UNITS[unit] < 10.0 * cutting.MIN_STAMP_SINCE_1970_S and (
             unit != "s" or _step(known) <= MAX_STEP_S

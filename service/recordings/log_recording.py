@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Stream, Streams
+from incsvr.numerics import Array, Stream, Streams
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import words_of
 from incsvr.signals.steps import refuse_steps
@@ -23,7 +23,7 @@ from service.inputs.settings import Inputs, Source
 from service.inputs.table import ROWS
 from service.inputs.units import SI_UNITS, units_of
 from service.logs import Log
-from service.logs.candidates import turning_instead
+from service.logs.candidates import likely_scale, turning_instead
 from service.logs.csv_log import OURS
 from service.logs.cutting import ARMED_CHANNEL, Cut, Span, refuse_empty, streams_inside
 from service.recordings.log_refusals import refuse_fraction, refuse_still, refuse_whole_numbers
@@ -99,14 +99,14 @@ def _in_cut(reading: Reading, path: Path, log: Log, measured: MeasuredStreams, i
     recording, source = Recording(path.name, streams, axis=axis), inputs.yaw_rate
     in_si = source is not None and source.scale == 1.0 and source.unit in ("", SI_UNITS[source.unit])
     if source is not None and in_si and (reading.learns or ours):
-        refuse_whole_numbers(path, recording.rate, axis.rate, typed_source(source))
+        refuse_whole_numbers(path, recording.rate, axis, typed_source(source))
     beyond = np.flatnonzero(np.abs(recording.rate) > reading.rate_limit)
     if beyond.size:
         rate, at, unit = recording.rate[beyond[0]], streams[axis.rate][0][beyond[0]], words_of(axis).rate_unit
         row = _row(log, at)
         place = f"{row}: {axis.rate} is {rate:g}" if row else f": {axis.rate} is {rate:g} at {at:.10g} s"
         raise BadInput(
-            f"{path}{place}, beyond the plausible ±{reading.rate_limit:g} {unit}{_in_degrees(source, axis)}"
+            f"{path}{place}, beyond the plausible ±{reading.rate_limit:g} {unit}{_unit(source, axis, recording.rate)}"
             + (f"; if the vehicle really turns so fast, raise {reading.limit_is}" if reading.limit_is else "")
         )
     return recording
@@ -153,12 +153,14 @@ def _places(inputs: Inputs, axis: Axis, ours: bool) -> dict[str, str]:
     }
 
 
-def _in_degrees(source: Source | None, axis: Axis) -> str:
-    """The flag for a yaw rate in degrees per second that was read as rad/s."""
+def _unit(source: Source | None, axis: Axis, rate: Array) -> str:
+    """The flag for a yaw rate (n,) in degrees per second, or another unit, that was read as rad/s."""
     if source is None or axis.along or source.unit not in ("", "rad/s"):
         return ""
-    place = shlex.quote(f"{axis.rate}={typed_source(source)}:deg/s")
-    return f"; if it is in degrees per second, give the unit: --column {place}"
+    scale = likely_scale(axis, float(np.quantile(np.abs(rate), 0.99)))
+    place = shlex.quote(f"{axis.rate}={typed_source(source)}{scale}")
+    unit = {":deg/s": "degrees per second", ":mrad/s": "milliradians per second"}.get(scale, "another unit")
+    return f"; if it is in {unit}, give the unit: --column {place}"
 
 
 def _later(streams: Streams) -> dict[str, Stream]:

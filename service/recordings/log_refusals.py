@@ -11,7 +11,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from incsvr.plant.axes import AXES
+from incsvr.plant.axes import AXES, Axis
 from incsvr.plant.words import AxisWords
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import arming_spans, is_within
@@ -20,7 +20,7 @@ from service.inputs.measured_streams import MeasuredStreams
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import Assumption
 from service.inputs.units import FRACTION
-from service.logs.candidates import MIN_TURN_DEVIATIONS, turning_instead
+from service.logs.candidates import MIN_TURN_DEVIATIONS, likely_scale, turning_instead
 from service.logs.cutting import EmptyCut
 from service.logs.log import Log
 from service.recordings.recording import Recording
@@ -57,15 +57,18 @@ def refuse_implausible(recording: Recording, several: bool = False) -> None:
     streams = recording.own_streams
     for axis in AXES.values():
         time, values = streams.get(axis.rate, (np.empty(0), np.empty(0)))
+        place = recording.places.get(axis.rate, axis.rate)
+        if ":" not in place:
+            refuse_whole_numbers(recording.name, values, axis, place)
         limit = WILD_FACTOR * axis.fastest
         beyond = np.flatnonzero(np.abs(values) > limit)
         if beyond.size:
-            place = recording.places.get(axis.rate, axis.rate).partition(":")[0]
-            unit, other = ("m/s", "kn") if axis.along else ("rad/s", "deg/s")
+            scale = likely_scale(axis, float(np.quantile(np.abs(values), 0.99)))
+            cure = shlex.quote(f"{axis.rate}={place.partition(':')[0]}{scale}")
             sentence = (
                 f"{recording.name}: {axis.rate} is {values[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the "
-                f"plausible ±{limit:g} {unit}; correct it, or give its unit, such as --column "
-                f"{axis.rate}={place}:{other}"
+                f"plausible ±{limit:g} {'m/s' if axis.along else 'rad/s'}; correct it, or give its unit, such as "
+                f"--column {cure}"
             )
             raise BadInput(of_this_log(sentence, recording.name) if several else sentence)
 
@@ -93,15 +96,17 @@ MIN_WHOLE_VALUES = 20
 """Values of a velocity that are whole numbers by no chance."""
 
 
-def refuse_whole_numbers(path: Path, rate: Array, name: str, place: str) -> None:
+def refuse_whole_numbers(path: Path | str, rate: Array, axis: Axis, place: str) -> None:
     """Raises BadInput where a velocity (n,) has lost its decimals, or its decimal mark."""
     rate = rate[np.isfinite(rate)]
     if rate.size < MIN_WHOLE_VALUES or (rate != np.round(rate)).any() or np.ptp(rate) == 0.0:
         return
+    reach = float(np.max(np.abs(rate)))
+    flag = shlex.quote(f"{axis.rate}={place}{likely_scale(axis, reach)}")
+    cure = f", or give the unit of a raw number, as in --column {flag}" if reach > axis.fastest else ""
     raise BadInput(
-        f"{path}: all {rate.size} values of {name} are whole numbers ({rate.min():g} to {rate.max():g}): the export "
-        "lost their decimals, or their decimal mark, as by another locale; export with points, or give the "
-        f"factor of a raw number, as in --column {shlex.quote(f'{name}={place}*0.001')}"
+        f"{path}: all {rate.size} values of {axis.rate} are whole numbers ({rate.min():g} to {rate.max():g}): the "
+        f"export lost their decimals, or their decimal mark, as by another locale; export with points{cure}"
     )
 
 

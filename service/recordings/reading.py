@@ -12,7 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from service.cli.progress import progress
 from service.config.configuration import Config
-from service.inputs.column_spec import of_this_log, split_file
+from service.inputs.column_spec import of_this_log, split_file, typed_source_with_unit
 from service.inputs.presets import NAMES
 from service.inputs.table import ROWS
 from service.logs import Log, open_any
@@ -143,7 +143,7 @@ class Reading:
         refuse_without_numbers(path, log)
         description = self.description
         if self.axis != YAW:
-            description = replace(description, columns=_with_own_columns(path, log, description.columns, self.axis))
+            description = replace(description, columns=_with_own_columns(path, log, description, self.axis))
         proposal = logs.describe(log, description, self.axis)
         measured = logs.read(path, log, proposal, self.axis)
         with beside_assumptions((*proposal.sentences, *measured.notes)):
@@ -165,22 +165,26 @@ def read(path: Path, axis: Axis = YAW) -> Recording:
     return Reading(rate_limit=axis.fastest, learns=False, axis=axis).of_one(path)
 
 
-def _with_own_columns(path: Path, log: Log, columns: Sequence[str], axis: Axis) -> tuple[str, ...]:
-    """The declared columns, and those of a table that have the axis's own names.
+def _with_own_columns(path: Path, log: Log, description: LogDescription, axis: Axis) -> tuple[str, ...]:
+    """The declared columns, and those of a table that have the axis's own names, or that a preset finds.
 
     Raises:
         BadInput: the velocity or the effort of the axis is neither said nor there, and how to say it.
     """
+    columns = description.columns
     said = {split_file(text)[1].partition("=")[0] for text in columns}
     there = {field for topic in log.topics if topic.name == ROWS for field in topic.fields}
-    found = [f"{own}={own}" for own in (axis.rate, axis.effort) if own not in said and own in there]
-    absent = [own for own in (axis.rate, axis.effort) if own not in said | there]
+    found = {own: own for own in (axis.rate, axis.effort) if own in there}
+    if not found.keys() | said >= {axis.rate, axis.effort}:
+        proposed = logs.describe(log, description).inputs.channels
+        found |= {name: typed_source_with_unit(proposed[name]) for name in (axis.rate, axis.effort) if name in proposed}
+    absent = [own for own in (axis.rate, axis.effort) if own not in said | found.keys()]
     if absent:
         flags = " ".join(f"--column {own}=NAME" for own in absent)
         names = {axis.rate: f"{axis.name} {'velocity' if axis.along else 'rate'}", axis.effort: axis.effort}
         called = " and no ".join(names[own].replace("_", " ") for own in absent)
         raise BadInput(f"{path}: no {called} found; add {flags} (`incsvr inspect {path}` lists the names)")
-    return (*columns, *found)
+    return (*columns, *(f"{own}={place}" for own, place in found.items() if own not in said))
 
 
 def _files(args: Any) -> list[Path]:

@@ -26,7 +26,7 @@ def heading_at(streams: Streams, at: Array) -> Array | None:
 
 
 def in_body(recording: Recording, inputs: Inputs) -> Recording:
-    """The recording with its velocities as `inputs.velocity_frame` and `inputs.velocity_place` say them.
+    """The recording with its velocities as `velocity_frame`, `velocity_north` and `velocity_place` of inputs say them.
 
     Raises:
         BadInput: what they need is not recorded.
@@ -35,16 +35,16 @@ def in_body(recording: Recording, inputs: Inputs) -> Recording:
         return recording
     changed = dict(recording.own_streams)
     if inputs.velocity_frame != "body":
-        changed |= _turned(recording.name, recording.own_streams, inputs.velocity_frame == "east_north")
+        changed |= _turned(recording.name, recording.own_streams, inputs)
     return replace(recording, own_streams=changed | _displaced(changed, inputs.velocity_place))
 
 
-def _turned(name: str, streams: Streams, swapped: bool) -> dict[str, Stream]:
-    first, second = ("sway", "surge") if swapped else ("surge", "sway")
+def _turned(name: str, streams: Streams, inputs: Inputs) -> dict[str, Stream]:
+    first, second = ("sway", "surge") if inputs.velocity_frame == "east_north" else ("surge", "sway")
     if not {"surge", "sway"} <= streams.keys() or heading_at(streams, np.zeros(1)) is None:
         raise BadInput(f"{name}: inputs.velocity_frame needs surge, sway, yaw_rate and heading; name them by --column")
     found = {}
-    for each, by in (("surge", 0.0), ("sway", 0.5 * np.pi)):
+    for each, by in (("surge", -inputs.velocity_north), ("sway", 0.5 * np.pi - inputs.velocity_north)):
         time = streams[each][0]
         heading = heading_at(streams, time)
         assert heading is not None

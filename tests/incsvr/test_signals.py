@@ -14,6 +14,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.signals import MAX_CHANNELS, SignalSettings, Synchroniser, synchronise
 from incsvr.signals.samples import Samples
+from incsvr.signals.smoothing import smooth
 from incsvr.signals.streams import JUMP_S, MAX_WAITING_VALUES
 
 SETTINGS = SignalSettings(inertia=350.0, sample_period=0.6, smoothing=0.12, lateness=0.2, gap=0.2)
@@ -195,6 +196,14 @@ def push_all(messages: list[Message]) -> Synchroniser:
 )
 def test_a_refusal_is_counted_by_its_reason(message: Message, reason: str) -> None:
     assert push_all([*REGULAR, message]).rejected == {reason: 1}
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.05, 0.1])
+def test_lost_messages_do_not_lengthen_the_period(lost: float) -> None:
+    kept = np.flatnonzero(np.random.default_rng(650_004).random(2000) >= lost)
+    time, at = 0.02 * kept.astype(np.float64), np.arange(2.0, 38.0, 0.5, dtype=np.float64)
+    found = smooth(time, np.sin(time), at, smoothing=0.2, gap=1.0)
+    np.testing.assert_allclose(found.period, 0.02)
 
 
 def test_a_wrong_second_stamp_is_not_the_first_clock() -> None:

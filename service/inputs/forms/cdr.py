@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping, Sequence
 from functools import cache
+from math import atan2, nan
 from typing import Any
 
 _GEOMETRY = {
@@ -93,6 +94,7 @@ ONE, MANY = -1, -2
 """The number of a field's items: one, or as many as the message says."""
 MAX_SEQUENCE_ITEMS = 100_000
 """Items of a sequence at most: what claims more is no message of these types."""
+QUATERNION = "geometry_msgs/msg/Quaternion"
 LITTLE, BIG = b"\x00\x01\x00\x00", b"\x00\x00\x00\x00"
 
 
@@ -109,6 +111,13 @@ def decode(payload: bytes, name: str) -> dict[str, Any]:
         return reader.message(name)
     except (struct.error, UnicodeDecodeError) as error:
         raise ValueError(str(error)) from None
+
+
+def with_yaw(quaternion: dict[str, Any]) -> dict[str, Any]:
+    """A quaternion with its turn about the vertical axis [rad] beside, NaN where its driver left it empty."""
+    x, y, z, w = (quaternion[name] for name in "xyzw")
+    yaw = atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z) if any((x, y, z, w)) else nan
+    return {**quaternion, "yaw": yaw}
 
 
 def encode(name: str, message: Mapping[str, Any]) -> bytes:
@@ -135,7 +144,8 @@ class _Reader:
         self._payload, self._order, self._place = payload, order, 4
 
     def message(self, name: str) -> dict[str, Any]:
-        return {field: self._field(kind, count) for field, kind, count in fields(name)}
+        found = {field: self._field(kind, count) for field, kind, count in fields(name)}
+        return with_yaw(found) if name == QUATERNION else found
 
     def _field(self, kind: str, count: int) -> Any:
         if count == ONE:

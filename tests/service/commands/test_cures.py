@@ -82,6 +82,10 @@ FINE = {
 """Half a minute, its stamps in milliseconds."""
 
 
+def turned_heading(columns: dict[str, Array], by: float) -> dict[str, Array]:
+    return {**columns, "heading": (columns["heading"] + by + np.pi) % (2.0 * np.pi) - np.pi}
+
+
 def columns_of(recording: Recording) -> dict[str, Array]:
     """The columns of a recording in which no torque repeats itself."""
     unlike = 1e-6 * np.random.default_rng(1).standard_normal(recording.time.size)
@@ -109,7 +113,7 @@ CASES = {
         "--column heading=heading:deg", cures=("heading",)
     ),
     "whole numbers": Case(
-        {**names(), "gyro_z": np.round(1000.0 * RATE)}, FIT, "whole numbers", "--column 'yaw_rate=gyro_z*0.001'"
+        {**names(), "gyro_z": np.round(1000.0 * RATE)}, FIT, "whole numbers", "--column yaw_rate=gyro_z:mrad/s"
     ),
     "an unknown rate": Case(
         names(rate="foo"), FIT, "no column is recognised as yaw_rate", "--column yaw_rate=COLUMN:deg/s",
@@ -119,8 +123,7 @@ CASES = {
         names(torque="foo"), FIT, "no column is recognised as torque", "--column torque=COLUMN", {"COLUMN": "foo"}
     ),
     "an unknown time": Case(
-        {**names(time="foo"), "foo": 1000.0 * T}, FIT, "no column is recognised as the time", "--column t=COLUMN:ms",
-        {"COLUMN": "foo"},
+        {**names(time="foo"), "foo": 1000.0 * T}, FIT, "no column is recognised as the time", "--column t=foo:ms"
     ),
     "milliseconds in name alone": Case(
         names(time="t(msec)"), FIT, "read as ms, as its name says", "--column 't=t(msec):s'"
@@ -149,14 +152,29 @@ CASES = {
         {**names(), "tau": TORQUE / 6.0}, FIT, "looks like a share of full thrust", "--column torque=tau*SCALE",
         {"SCALE": "6"}, cures=("scale", "own inertia",)
     ),
+    "a torque without its decimal mark": Case(
+        {**names(), "tau": np.round(1e4 * TORQUE)}, FIT, "may have lost its decimal mark",
+        "--column torque=tau*SCALE", {"SCALE": "0.0001"}, cures=("scale", "own inertia")
+    ),
+    "milliradians in inspect": Case(
+        {**names(), "gyro_z": 1000.0 * RATE}, ("inspect",), "looks like mrad/s", "--column yaw_rate=gyro_z:mrad/s"
+    ),
     "a fraction of full thrust": Case(
         {**names(), "tau": TORQUE / 6.0}, (*FIT, "--column", "torque=tau:fraction"), "is a fraction of full thrust",
         "--column 'torque=tau*NEWTON_METRES'", {"NEWTON_METRES": "6"}, drops=("--column", "torque=tau:fraction"),
     ),
-    "knots": Case(
+    "millimetres": Case(
         {**WHOLE, "surge": 1000.0 * ONE["surge"]}, ("identify",), "beyond the plausible ±60 m/s",
-        "--column surge=surge:kn", {":kn": ":mm/s"},
+        "--column surge=surge:mm/s",
     ),
+    "whole millimetres": Case(
+        {**WHOLE, "sway": np.round(1000.0 * ONE["sway"])}, ("identify",), "values of sway are whole numbers",
+        "--column sway=sway:mm/s",
+    ),
+    "fractions of a day": Case(
+        {**names(), "time": 0.5 + T / 86_400.0}, FIT, "if it is in d", "--column t=time:d"
+    ),
+    "minutes": Case({**names(), "time": T / 60.0}, FIT, "is read as s, 1 in all (if min:", "--column t=time:min"),
     "no force along the axis": Case(
         {"time": WHOLE["t"], "v": ONE["surge"], "X": ONE["surge_force"]},
         ("fit", "--axis", "surge", "--inertia", "30"), "no surge velocity and no surge force found",
@@ -235,6 +253,8 @@ CASES = {
              "--set 'inputs.velocity_place=[0.40, 0.00, 0]'", {}, "place"),
             ("another frame", NORTH, "look like velocities to the north and east",
              "--set inputs.velocity_frame=north_east", {}, "frame"),
+            ("a frame of its own", turned_heading(NORTH, 1.2), "of a frame whose north has the heading 69°",
+             "--set inputs.velocity_frame=north_east --set inputs.velocity_north=1.2", {}, "frame"),
             ("another frame, and no heading", {**{name: NORTH[name] for name in PLANAR}, "bearing": ONE["heading"]},
              "turned by the integral of the yaw rate", "--column heading=NAME, and give --set inputs.velocity_frame=n",
              {"NAME, and give": "bearing", "=n": "=north_east"}, "frame without heading"),

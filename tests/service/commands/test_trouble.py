@@ -16,7 +16,9 @@ import pytest
 from incsvr.checks.filtered_export import filtered_export
 from incsvr.numerics import Array
 from service.cli.command_line import main
-from tests.service.commands.test_each_log import FLAGS, MAY, STEP_S, saved
+from service.recordings.recording import from_table
+from service.recordings.recording_csv import write
+from tests.service.commands.test_each_log import FLAGS, JULY, JUNE, MAY, STEP_S, saved
 
 INERTIA = ("--inertia", "0.6")
 
@@ -192,6 +194,19 @@ def test_filtered_and_resampled_exports(
 ) -> None:
     found = filtered_export(rate, torque)
     assert found is None if sentence is None else found is not None and sentence in found
+
+
+@pytest.mark.parametrize("dive", [MAY, JUNE, JULY], ids=["may", "june", "july"])
+@pytest.mark.parametrize("jitter", [0.0, 0.02])
+def test_a_sound_dive_of_a_quick_vehicle_is_not_blamed(tmp_path: Path, dive: dict[str, Array], jitter: float) -> None:
+    """Its stamps are late by up to some milliseconds [s], as times of arrival are."""
+    path, result = tmp_path / "dive.csv", tmp_path / "result.json"
+    time = TIME + jitter * np.random.default_rng(650_003).random(TIME.size)
+    write(path, from_table("dive", time, dict(dive)))
+    assert main(["fit", str(path), *INERTIA, "--json", str(result)]) == 0
+    found = json.loads(result.read_text(encoding="utf-8"))
+    assert found["put_aside"] == 0
+    assert not [remark for remark in found["remarks"] if not remark.startswith("smoothing over")]
 
 
 def test_decimal_commas_of_numbers_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -161,6 +161,16 @@ def test_what_has_come_for_a_while_stays() -> None:
     assert any(f"{rmw('compass', kind)} is ignored" in note for note in early.notes)
 
 
+def test_a_rate_that_never_changes_is_told_with_one_that_does() -> None:
+    still, turns = rmw("a/imu", "sensor_msgs/msg/Imu"), rmw("z/imu", "sensor_msgs/msg/Imu")
+    mapper = InputMapper(Inputs(preset="ros2"))
+    for k in range(60):
+        mapper.take([(still, imu(0.05 * k, 0.0), 0.05 * k), (turns, imu(0.05 * k, 0.01 * k), 0.05 * k)])
+        told = [notice for notice in mapper.notices() if "never changes" in notice]
+        assert bool(told) == (k >= 49)
+    assert told == [f"yaw_rate from {still} never changes, but {turns} does: name it in inputs.yaw_rate"]
+
+
 def test_keys_and_topics() -> None:
     assert ros_type(rmw("a/b", IMU)) == IMU
     assert ros_type("a/b/sensor_msgs::msg::dds_::Imu_/x") is None

@@ -57,7 +57,18 @@ def set_back(t: float) -> str:
     return dated("%Y-%m-%d %H:%M:%S.%f", NIGHT)(t - (3600.0 if t > SUMMER_ENDS_S else 0.0))
 
 
+PLAIN = table(OURS, "{:.3f}".format)
+ROWS_OF_PLAIN = PLAIN.partition("\n")[2]
 READ = {
+    "day numbers of a spreadsheet": table(OURS, lambda t: f"{45231.5123 + t / 86_400.0:.11f}"),
+    "minutes": table("time (min),yaw_rate,torque", lambda t: f"{t / 60.0:.9f}"),
+    "seconds and nanoseconds": table(
+        "header.stamp.secs,header.stamp.nsecs,yaw_rate,torque", lambda t: f"{int(t)},{round(1e9 * (t % 1.0))}"
+    ),
+    "the whole table twice": PLAIN + ROWS_OF_PLAIN,
+    "the whole table twice, with its header": PLAIN + PLAIN,
+    "each row twice": OURS + "\n" + "".join(2 * f"{row}\n" for row in ROWS_OF_PLAIN.splitlines()),
+    "the last rows again": PLAIN + "".join(f"{row}\n" for row in ROWS_OF_PLAIN.splitlines()[-90:]),
     "remarks above": "# of a dive\n# in May\n" + table(OURS, "{:.3f}".format),
     "a header that is a remark": table("# t,yaw_rate,torque", "{:.3f}".format),
     "a title above": "Dive 7 in May\n\n" + table(OURS, "{:.3f}".format),
@@ -108,6 +119,9 @@ def test_it_is_read_as_the_plain_table(tmp_path: Path, name: str) -> None:
         (table(OURS, comma, comma, comma), "under a header of 3 look like decimal commas", None),
         (table("time,r,tau", dated("%H:%M:%S.%f", NIGHT), comma, comma), "look like decimal commas", None),
         (table("time,yaw_rate,torque", lambda t: f"T+{t:.3f}"), "'T+0.000', which is read as no time", None),
+        (table("time,r,tau", "{:.3f}".format) + "End of file\n", "row 402: 'time' is 'End of file'", None),
+        (table("time,r,tau", "{:.3f}".format, lambda r: f"{r:.5f} rad/s"), "rad/s', which is read as no number", None),
+        (table("time,r,tau", lambda t: f"{1.7e12 + 1e3 * t:.3E}"), "is 1.7e+12 in every row", None),
         (table(OURS, "{:.3f}".format, lambda r: f"{1e6 * r:.0f}"), "whole numbers", "yaw_rate=yaw_rate*0.000001"),
         (table("stamp,r,tau", "{:.3f}".format, lambda r: f"{1e3 * r:.0f}"), "whole numbers", "yaw_rate=r*0.001"),
     ],
@@ -128,6 +142,16 @@ def test_any_encoding_of_text(tmp_path: Path, encoding: str) -> None:
     text = table("time;yaw_rate [°/s];tau", "{:.3f}".format, lambda r: f"{np.degrees(r):.9f}", mark=";")
     (tmp_path / "run.csv").write_text(text, encoding=encoding)
     np.testing.assert_allclose(read(tmp_path / "run.csv").columns["yaw_rate"], DIVE.rate, atol=1e-6)
+
+
+def test_rows_that_come_again_are_said_and_rows_at_rest_are_none(tmp_path: Path) -> None:
+    (tmp_path / "twice.csv").write_text(PLAIN + ROWS_OF_PLAIN, encoding="utf-8")
+    assert "400 of 800 rows come again with all their values: taken once" in read(tmp_path / "twice.csv").notes
+    still = [f"{int(t)},{r if t > 8.0 else 0.0},{u}" for t, r, u in zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True)]
+    (tmp_path / "still.csv").write_text("\n".join(["time,r,tau", *still]), encoding="utf-8")
+    recording = read(tmp_path / "still.csv")
+    assert recording.time.size == DIVE.time.size
+    assert not any("again" in note for note in recording.notes)
 
 
 def test_rows_of_one_topic_after_another_are_sorted(tmp_path: Path) -> None:

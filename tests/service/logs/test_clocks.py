@@ -49,6 +49,16 @@ def test_a_log_whose_clock_is_set_goes_on(tmp_path: Path, stamps: str) -> None:
     assert len(said) == (stamps != "set alone")
 
 
+def test_a_clock_that_is_set_to_and_fro_leaves_the_vehicle_its_own() -> None:
+    between = (DIVE.time > HALF) & (DIVE.time < 2.0 * HALF)
+    arrival, stamps = 100.0 + DIVE.time + np.where(between, EPOCH, 0.0), 50.0 + DIVE.time
+    clock = Clock.of(arrival, stamps)
+    for late in (0.0, 0.001):
+        time, own = clock.times_of(arrival + late, stamps)
+        assert own
+        np.testing.assert_array_equal(time, stamps)
+
+
 def test_a_log_without_stamps_whose_clock_is_set_goes_on(tmp_path: Path) -> None:
     recording = read(dive_bag(tmp_path, "mcap", set_clock(DIVE.time), np.zeros(DIVE.time.size)))
     follows(recording)

@@ -21,8 +21,11 @@ from rosbags.typesys import Stores, get_typestore
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from incsvr.plant.axes import AXES
+from service.inputs.forms import cdr
 from service.logs import open_any
 from service.logs.bag_log import RosTypes
+from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from tests.service import link
 from tests.service.logs.dive import BOOT, EPOCH, dive, read
@@ -115,6 +118,45 @@ def test_bags(tmp_path: Path, form: str) -> None:
         same(read(inside), EPOCH, late=0.001)
         counts = {topic.name: (topic.type, topic.count) for topic in open_any(inside).topics}
         assert counts["/imu/data"] == (IMU, DIVE.time.size)
+
+
+def whole_dive_bag(path: Path, turned: float) -> Path:
+    """Odometry and wrenches of a body whose heading turns so far within the bag."""
+    of, said = ROS2.types, list[tuple[float, str, Any]]()
+    vector, quaternion = of["geometry_msgs/msg/Vector3"], of["geometry_msgs/msg/Quaternion"]
+    for t, rate, torque in zip(DIVE.time.tolist(), DIVE.rate.tolist(), DIVE.torque.tolist(), strict=True):
+        header = imu(ROS2, EPOCH + t, 0.0).header
+        half = 0.5 * turned * t / float(DIVE.time[-1])
+        pose = of["geometry_msgs/msg/Pose"](
+            of["geometry_msgs/msg/Point"](0.0, 0.0, 0.0), quaternion(0.0, 0.0, float(np.sin(half)), float(np.cos(half)))
+        )
+        twist = of["geometry_msgs/msg/Twist"](vector(0.1 * torque, -0.2 * torque, 0.0), vector(0.0, 0.0, rate))
+        moved = of["nav_msgs/msg/Odometry"](
+            header, "base_link", of["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36)),
+            of["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)),
+        )  # fmt: skip
+        pushed = of["geometry_msgs/msg/Wrench"](vector(2.0 * torque, 3.0 * torque, 0.0), vector(0.0, 0.0, torque))
+        said += [(EPOCH + t, "/odometry", moved)]
+        said += [(EPOCH + t, "/thrust", of["geometry_msgs/msg/WrenchStamped"](header, pushed))]
+    return bag_of(path, said)
+
+
+def test_forces_and_headings_of_bags_are_found_where_they_move(tmp_path: Path) -> None:
+    found = read(whole_dive_bag(tmp_path / "bag", turned=-2.0)).own_streams
+    assert found.keys() == {"yaw_rate", "torque", "surge", "sway", "surge_force", "sway_force", "heading"}
+    for name, factor in (("surge", 0.1), ("sway", -0.2), ("surge_force", 2.0), ("sway_force", 3.0)):
+        np.testing.assert_allclose(found[name][1], factor * DIVE.torque)
+    np.testing.assert_allclose(found["heading"][1], -2.0 * DIVE.time / DIVE.time[-1], atol=1e-9)
+    still = whole_dive_bag(tmp_path / "still", turned=0.0)
+    assert "heading" not in read(still).own_streams
+    along = Reading(axis=AXES["sway"]).of_one(still)
+    np.testing.assert_allclose(along.effort, 3.0 * DIVE.torque)
+
+
+def test_a_quaternion_that_a_driver_left_empty_has_no_yaw() -> None:
+    payload = struct.pack("<BBH4d", 0, 1, 0, 0.0, 0.0, 0.6, 0.8)
+    assert cdr.decode(payload, cdr.QUATERNION)["yaw"] == pytest.approx(2.0 * np.arcsin(0.6))
+    assert np.isnan(RosTypes("by hand").decode(struct.pack("<BBH4d", 0, 1, 0, *[0.0] * 4), cdr.QUATERNION)["yaw"])
 
 
 def test_pictures_of_a_camera_are_counted_and_not_read(tmp_path: Path) -> None:

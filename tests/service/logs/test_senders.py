@@ -149,6 +149,18 @@ def test_two_senders_on_the_bus_are_doubted() -> None:
     assert any("torque alternates between two series" in doubt for doubt in mapper.notices())
 
 
+@pytest.mark.parametrize("pace", [0.4, 1.0])
+def test_a_torque_of_a_simulators_clock_beside_a_rate_without_is_doubted(pace: float) -> None:
+    mapper = InputMapper(Inputs.model_validate({
+        "yaw_rate": {"topic": "imu", "field": "z"}, "torque": {"topic": "thrust", "field": "z", "stamp": "t"},
+    }))  # fmt: skip
+    for k, at in enumerate((EPOCH + DIVE.time[:100]).tolist()):
+        mapper.take([("imu", b'{"z": 0.%d}' % (k % 7), at), ("thrust", b'{"t": %f, "z": 1}' % (k * 0.05 * pace), at)])
+    doubts = " ".join(mapper.notices())
+    assert "the stamps of torque are of another clock" in doubts
+    assert ("run at 0.4 times the speed of the arrivals" in doubts) == (pace != 1.0)
+
+
 def test_spikes_noise_and_a_command_to_and_fro_are_one_series() -> None:
     rng = np.random.default_rng(650_002)
     spiked = DIVE.rate.copy()
