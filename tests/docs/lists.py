@@ -199,7 +199,7 @@ class _Ones(dict[str, Any]):
         return self._value
 
 
-HERE = Here("yaw_rate", "", _Ones(row("", "yaw_rate", Factor("about", "", 1.0))), 1.0, 0.0, 1.0, 1.0, {}, 1.0)
+HERE = Here("yaw_rate", "", _Ones(row("", "yaw_rate", Factor("about", "", 1.0))), 1.0, 0.0, 1.0, 1.0, {}, 1.0, 0.0)
 """An axis of which the names of parameters are asked alone."""
 
 

@@ -16,7 +16,7 @@ INERTIA_KG_M2, STEP_S, SECONDS = 2.0, 0.01, 400.0
 def waves(late: float, seed: int = 11) -> Run:
     """A vehicle under slow waves of torque, which act `late` [s] and are measured every 0.04 s with 3 % of noise."""
     random = np.random.default_rng(seed)
-    at = np.arange(0.0, SECONDS, STEP_S)
+    at: Array = np.arange(0.0, SECONDS, STEP_S, dtype=np.float64)
     periods, phases = random.uniform(4.0, 20.0, 8), random.uniform(0.0, 2.0 * np.pi, 8)
 
     def torque(t: Array) -> Array:
