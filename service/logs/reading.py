@@ -243,6 +243,8 @@ USUAL_STEP_S = 0.05
 """A usual step of a table [s], to which a unit of the time leads."""
 MIN_LOG_S, MAX_STEP_IN_MINUTES = 5.0, 4e-3
 """A log that is shorter may count minutes where its steps are at most so long, a quarter of a second."""
+MIN_ROWS = 50
+"""Rows of a table that has a usual step: of a few any step may be meant."""
 LONGER_UNITS: tuple[StampUnit, ...] = ("d", "h", "min")
 DAY_NUMBERS = ((36_526.0, 73_051.0), (730_486.0, 767_011.0))
 """Days since 1900 as spreadsheets count them, and since the year 0 as MATLAB does, from 2000 to 2100."""
@@ -267,6 +269,8 @@ def _wrong_unit(said: ColumnSpec, stamp: str, unit: StampUnit, table: Table) -> 
     if step <= 0.0 or MIN_STEP_S <= step * STAMP_UNITS[unit] <= MAX_STEP_S:
         return None
     if guess == unit:
+        if time.size < MIN_ROWS:
+            return None
         guess = min(LONGER_UNITS, key=lambda each: abs(np.log(step * STAMP_UNITS[each] / USUAL_STEP_S)))
     span = float(np.nanmax(time) - np.nanmin(time)) * STAMP_UNITS[unit]
     cure = shlex.quote(f"t={stamp}:{guess}")

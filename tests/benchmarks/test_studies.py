@@ -75,14 +75,13 @@ def test_a_held_commands_clock_that_runs_fast_is_named(stream: str) -> None:
 
 
 @pytest.mark.slow
-def test_half_the_thrust_lost_in_a_mission_is_told_and_its_return(study: Study) -> None:
+def test_half_the_thrust_lost_in_a_mission_is_told(study: Study) -> None:
     groups: list[Any] = study(
         thrust.main, "--first-seed", "3500003", "--faults", "1", "--quiet", "0", "--measured", "0"
     )
     ((told,),) = groups
     assert told["driven"] <= told["told"] <= 60.0
     assert abs(told["size"] - told["lost"]) < 0.1
-    assert told["back"] is not None
     assert told["false"] == []
 
 
