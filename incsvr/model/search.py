@@ -24,6 +24,7 @@ from incsvr.model.fitting import Fit, fit
 from incsvr.model.left_out import Gain, gain, left_out
 from incsvr.model.predictor import Predictor, anew, converged
 from incsvr.model.rows import Row
+from incsvr.model.series import effort_of, period
 from incsvr.model.structure import Structure
 from incsvr.numerics import Array
 
@@ -134,7 +135,25 @@ def search(
                 refused[each.name] = f"with {' and '.join(one.name for one in best)} it explains nothing any more"
                 found = rest
                 added.remove(each)
+        for each in _opposite(found, added):
+            say(f"only smooths: {each.name}")
+            refused[each.name] = "a lag and an opposite delay are not late together: they smooth the torque's noise"
+            found = converged(
+                fit(without(found.structure, each.candidate, plain), found.theta, found.problem, found.starts)
+            )
+            added.remove(each)
     return Found(found, tuple(added), refused, tuple(weighed))
+
+
+def _opposite(found: Fit, added: Sequence[Added]) -> list[Added]:
+    """A lag and a delay of an effort that together are late by less than half of its period."""
+    named, result = {each.name: each for each in added}, list[Added]()
+    for axis in found.structure.driven:
+        pair = [named[name] for name in (f"lag@{axis}", f"delay@{axis}") if name in named]
+        if len(pair) == 2:
+            late = float(np.exp(found.theta[f"lag:{axis}"])) + found.theta[f"shift:{axis}"]
+            result += pair if abs(late) < 0.5 * period(found.problem.windows.runs, effort_of(axis)) else []
+    return result
 
 
 def _is_rest(best: Added, added: Sequence[Added], share: float = 0.15) -> bool:
@@ -185,12 +204,14 @@ def _trials(
     axes = found.structure.axes
     most = fitted if len(axes) == 1 else 2
     looked = [one for axis in axes for one in _of_axis(first.values(), axis)[:most]]
-    looked += [
-        (evidence, each)
-        for each, evidence in beside
-        if (each.name.startswith("inertia@") or (of_curve(each) and each.name in first))
-        and each.name not in {one[1].name for one in looked}
-    ]
+    known = {one[1].name for one in looked}
+    hidden = ("inertia@", "lag@") if len(axes) == 1 else ("inertia@",)  # most of their gain, by the colour before them
+    others = {
+        each.name: (evidence, each)
+        for each, evidence in sorted(beside, key=lambda one: one[1].excluded.total)
+        if each.name.startswith(hidden) or (of_curve(each) and each.name in first)
+    }
+    looked += [one for name, one in others.items() if name not in known]
     sure = {each.name for _, each in convincing(beside, enough)}
     trials = dict[str, Trial]()
     for evidence, each in looked:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -168,9 +167,7 @@ def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
         late = [(one, each) for one, each in pairs if each.effect in ("torque_lag", "torque_delay")]
         if len(late) == 2 and any(pair in lost for pair in late):  # beside each other either may lose its size
             lost = [min(late, key=lambda pair: remaining(traced.found, [pair[0].name]).value)]
-        elif len(late) == 2 and _only_smooth([each for _, each in late]):
-            lost = late
-        lost = lost if lost == late else lost[-1:]  # the last one may have hidden the size of those before
+        lost = lost[-1:]  # the last one may have hidden the size of those before
         why = NO_SIZE
         if not lost and not traced.closed and not any(_better(traced, name) for name in (EFFECTS, f"{EFFECTS}{FREE}")):
             lost, why = [pairs[-1]], NO_GAIN
@@ -179,13 +176,6 @@ def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
         hidden += [RejectedEffect(each.effect, each.p_value, why, refused=True) for _, each in lost]
         traced = replace(traced, found=leaving(traced.found, {one.name: why for one, _ in lost}, not traced.closed))
     return traced, hidden
-
-
-def _only_smooth(late: Sequence[Finding]) -> bool:
-    """Whether a lag and a delay are opposite: together they are not late, but smooth the noise of a measured effort."""
-    together = sum(next(iter(each.parameters.values())) for each in late)
-    spans = [next(iter(each.interval.values())) for each in late]
-    return abs(together) < math.hypot(*(0.5 * (high - low) for low, high in spans))
 
 
 def _settled(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding], list[RejectedEffect]]:
@@ -231,7 +221,7 @@ def _rejected(traced: Traced, hidden: Sequence[RejectedEffect]) -> list[Rejected
         name = contract_name(key)
         if name not in named:
             result[name] = RejectedEffect(name, 1.0, why, refused=True)
-    return sorted(result.values(), key=lambda each: each.p_value)[:MAX_REJECTED]
+    return sorted(result.values(), key=lambda each: (not each.refused, each.p_value))[:MAX_REJECTED]
 
 
 def _of_best(proof: Proof, without: bool, words: AxisWords) -> tuple[str, ...]:

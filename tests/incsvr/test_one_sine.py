@@ -40,15 +40,7 @@ def swung(seed: int, constant: float, sensor: float) -> Run:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("seed", "constant", "sensor"),
-    [
-        pytest.param(
-            3, 0.3, 0.5, marks=pytest.mark.xfail(strict=True, reason="an inertia and a thrust curve are named")
-        ),
-        (5, 0.6, 0.9),
-    ],
-)
+@pytest.mark.parametrize(("seed", "constant", "sensor"), [(3, 0.3, 0.5), (5, 0.6, 0.9)])
 def test_two_wrong_effects_do_not_stand_for_one_right(seed: int, constant: float, sensor: float) -> None:
     """A larger inertia and a saturation fit a lag's shape; a single effect does nearly as well, and the lag is it."""
     (found,) = trace([swung(seed, constant, sensor)], inertia=INERTIA).effects
@@ -56,7 +48,6 @@ def test_two_wrong_effects_do_not_stand_for_one_right(seed: int, constant: float
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="a wave of 0.04 N m and a lag are named")
 def test_a_lag_that_only_smooths_a_noisy_torque_is_not_named() -> None:
     small = TURNING["small"]
     sensors = (Sensor("yaw_rate", 20.0, 0.002), Sensor("torque", 20.0, 0.06 * small.torque))
