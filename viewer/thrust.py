@@ -25,13 +25,17 @@ class ThrustPlot:
             Sign("Thrust with the effect", palette.FUNCTION, line="-", size=2.6, order=22.0),
             Sign("95 % interval", palette.BAND, line="|||", size=0.8, order=1.0),
         )
+        self._drawn = False
         self._plot = Plot(rec, "effects/thrust/axes", dict(zip(SHOWN, looks, strict=True)), labels(rec.words))
 
     def log(self, ledger: EffectsLedger, points: int = 100) -> None:  # of the dashed line
-        """What the ledger says, at the clocks that are set."""
+        """What the ledger says, at the clocks that are set; without such an effect the lines of the last one go."""
         curves = [each["thrust_nm"] for each in (*ledger.effects, *ledger.found) if each.get("thrust_nm")]
         if not curves:
+            for path in SHOWN if self._drawn else ():
+                self._plot.lines(path, [])
             return
+        self._drawn = True
         command, *thrusts = np.array(curves[0], dtype=np.float64).T
         made, low, high = (np.column_stack((command, each)) for each in thrusts)
         full = float(np.abs(curves[0]).max())

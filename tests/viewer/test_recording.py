@@ -204,14 +204,17 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
 
 
 def test_an_effect_of_the_command_is_drawn_as_a_curve(run: Run, tmp_path: Path) -> None:
-    """From the iteration after it was found, in newtons over the command, between the ends of its interval."""
+    """From the iteration after it was found to the one after it left, between the ends of its interval."""
     path, thrust = tmp_path / "thrust.rrd", [[-100.0, -70.0, -75.0, -66.0], [100.0, 70.0, 66.0, 75.0]]
     with recording(path) as pages:
         pages.iteration(Frame(*run.iterations[0], None))
         pages.effects(EffectsLedger(found=({"effect": "torque_saturation", "thrust_nm": thrust},)), time.time())
         pages.iteration(Frame(*run.iterations[1], None))
+        pages.effects(EffectsLedger(), time.time())
+        pages.iteration(Frame(*run.iterations[2], None))
     drawn = {name: rows(path, "LineStrips2D:strips", "/effects")[f"/{name}"] for name in SHOWN}
-    assert [list(each) for each in drawn.values()] == [[2]] * 3
+    assert [list(each) for each in drawn.values()] == [[2, 3]] * 3
+    assert [each[3] for each in drawn.values()] == [[]] * 3
     without, made, doubt = (each[2] for each in drawn.values())
     assert points(made[0]).tolist() == [[-100.0, -70.0], [100.0, 70.0]]
     assert points(doubt[0]).tolist() == [[-100.0, -75.0], [100.0, 66.0]]
