@@ -82,7 +82,7 @@ def _write_log(args: argparse.Namespace, vehicle: str) -> int:
         if vehicle == "leng":
             inertia = {"yaw": float(importlib.import_module("simulator.leng_at_sea").write_log(args.log, args.seed))}
             known = f"{args.log} --inertia {inertia['yaw']:g}"
-            text += f"the simulated vehicle Leng. Next:\n  incsvr inspect {args.log}\n"
+            text += f"the simulated vehicle Leng.\nNext:\n  incsvr inspect {args.log}\n"
             text += f"  incsvr fit {known}\n  incsvr trace {known}"
         else:
             body = importlib.import_module("simulator.dive_log").write_dive(args.log, vehicle, args.seed)

@@ -1,9 +1,10 @@
-"""A vehicle as text: a table (csv), elements of Gazebo and of Stonefish, and a Python file that simulates.
+"""A vehicle as text: a table (csv), a world of Gazebo, elements of Stonefish, and a Python file that simulates.
 
 What an element cannot hold is in a comment before it. Signs and names were read in each tool's documentation and
-source: gz-sim, systems/hydrodynamics/Hydrodynamics.hh, .cc and HydrodynamicsUtils.hh; SDFormat, inertial.sdf;
-Stonefish, docs/bodies.rst and docs/actuators.rst. Both count hydrodynamic derivatives, negative where they oppose the
-motion. Stonefish counts ahead, to starboard and down, as SNAME does; Gazebo ahead, to port and up.
+source: gz-sim, systems/hydrodynamics/Hydrodynamics.hh, .cc and HydrodynamicsUtils.hh, systems/buoyancy/Buoyancy.cc;
+gz-physics, dartsim/src/SimulationFeatures.cc; SDFormat, sdf/1.10; Stonefish, docs/bodies.rst and docs/actuators.rst.
+Both count hydrodynamic derivatives, negative where they oppose the motion. Stonefish counts ahead, to starboard and
+down, as SNAME does; Gazebo ahead, to port and up.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from string import Template
 
@@ -36,6 +38,10 @@ TURNED = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
 """The signs of ν between axes to starboard and down, and axes to port and up."""
 STANDARD_GRAVITY = 9.80665
 """[m/s²]."""
+WATER = 1000.0
+"""Density [kg/m³] of the water of a simulated world. The hull's volume follows from it, and the motion does not."""
+HULL = np.array([2.0, 1.5, 1.0])
+"""Sides of the box that stands for a hull, one to another: its bow is told from its side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +106,11 @@ def parted(
                 f"the body alone has {body[row]:g} along {list(AXES)[row]}, and body and water together "
                 f"{total[row, row]:.6g}; give less with --dry-mass, --dry-inertia and --inertia-xy"
             )
+    if given and 2.0 * body[ABOUT].max() > (1.0 + 1e-9) * body[ABOUT].sum():
+        raise BadInput(
+            f"no body has the moments {', '.join(f'{each:g}' for each in body[ABOUT])}: one is more than the others "
+            "together; mend --dry-inertia and --inertia-xy"
+        )
     added[np.abs(added) < 1e-12 * diagonal.max()] = 0.0  # what rounding leaves of nothing
     turns = bool(np.isfinite(body[ABOUT]).all())
     return RigidBody(
@@ -156,10 +167,13 @@ def python_module(vehicle: Vehicle, casadi: bool = False) -> str:
 
 
 def gazebo(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]]:
-    """The link's <inertial> with its <fluid_added_mass>, and the Hydrodynamics plugin of gz-sim; and the remarks.
+    """A world of gz-sim in SDFormat with the vehicle in water, and the remarks.
 
     Args:
         flu: whether the vehicle file counts to port and up already.
+
+    Raises:
+        BadInput: the body weighs less than what it sinks with.
     """
     sign = np.ones(6) if flu else TURNED
     added = body.added * np.outer(sign, sign)
@@ -168,26 +182,37 @@ def gazebo(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]
         for term, p in vehicle.terms.items()
         if any(_factors(term))
     }
+    mass, moments, guess = _whole(body)
+    lift, height = _afloat(vehicle, mass, flu)
+    if lift <= 0.0:
+        raise BadInput(f"the vehicle's weight in water is more than that of {mass:.4g} kg; give more as --dry-mass")
+    name = re.sub(r"\W+", "_", vehicle.name, flags=re.ASCII).strip("_")
+    name = name if name not in ("", "world") else "vehicle"  # SDFormat keeps "world" for itself
     remarks = [
-        *_remarks(vehicle, body, elements, flu),
+        *_remarks(vehicle, replace(body, mass=mass), elements, flu),
+        *([guess] if guess else []),
         "Axes are Gazebo's: ahead, to port, up. The link is called base_link here.",
+        "The box is not the hull: its volume carries the weight less the part that sinks. The water has no surface.",
+        f"Thrusters are yours to add. /world/{name}/wrench/persistent takes force and torque, along the world's axes.",
         "The added mass is in <fluid_added_mass> (SDFormat 1.10, gz-sim 8, the physics engine DART), with the Coriolis "
         "forces that follow from it. The plugin's own stays switched off: it takes explicit steps, and its Coriolis "
         "forces know the diagonal alone and, by its source, push the wrong way.",
-        "Before gz-sim 8 an element <xUabsU> is called <xUU>.",
         *[f"Thrust lag of {axis}: {p.value:.4g} s; the Thruster plugin has none." for axis, p in vehicle.lags.items()],
     ]
     places = [(int(a), int(b)) for a, b in np.argwhere(np.triu(added))]
-    parts = [] if body.mass is None else _lines([("mass", body.mass)])
-    if body.inertia is not None:
-        moments = _lines(zip(("ixx", "iyy", "izz"), body.inertia.tolist(), strict=True))
-        parts += ["  <inertia>", *(f"  {line}" for line in moments), "  </inertia>"]
+    sides = HULL * (lift / (STANDARD_GRAVITY * WATER * HULL.prod())) ** (1.0 / 3.0)
     text = _filled(
         "gazebo",
         remarks=_comment(remarks),
-        body=parts,
-        water=[f"  {each}" for each in _lines((MASSES[a] + MASSES[b], added[a, b]) for a, b in places)],
-        terms=_lines(elements.values()),
+        name=name,
+        gravity=STANDARD_GRAVITY,
+        density=f"{WATER:g}",
+        mass=f"{mass:.9g}",
+        height=f"{height:.9g}",
+        sides=" ".join(f"{side:.9g}" for side in sides),
+        water=_lines(((MASSES[a] + MASSES[b], added[a, b]) for a, b in places), 12),
+        terms=_lines(elements.values(), 8),
+        **{name: f"{each:.9g}" for name, each in zip(("ixx", "iyy", "izz"), moments, strict=True)},
     )
     return text, remarks
 
@@ -208,8 +233,7 @@ def stonefish(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[s
         whole = body.inertia + np.diag(body.added)[3:]
         elements.append(f'<inertia xyz="{" ".join(f"{value:.9g}" for value in whole.tolist())}"/>')
     if righting and body.mass is not None:
-        depth = float(np.mean(list(righting.values()))) / (body.mass * STANDARD_GRAVITY)
-        elements.append(f'<cg xyz="0 0 {depth:.9g}" rpy="0 0 0"/>')
+        elements.append(f'<cg xyz="0 0 {_afloat(vehicle, body.mass, flu)[1]:.9g}" rpy="0 0 0"/>')
     rotors = [
         f'<!-- into the <actuator> of each thruster of {axis} -->\n<rotor_dynamics type="first_order">\n'
         f'  <time_constant value="{p.value:.9g}"/>\n</rotor_dynamics>'
@@ -257,14 +281,39 @@ def _remarks(vehicle: Vehicle, body: RigidBody, held: Collection[Term], flu: boo
         found.append("The body's moments about the axes that are not identified are guesses.")
     for term, p in vehicle.terms.items():
         if term.kind == RIGHTING:
-            height = "" if body.mass is None else f", {p.value / (body.mass * STANDARD_GRAVITY):.4g} m for this mass"
+            lift = None if body.mass is None else _afloat(vehicle, body.mass, flu)[0]
+            height = "" if lift is None else f", {p.value / lift:.4g} m for this mass"
             found.append(
-                f"Righting moment of {term.axis}: {p.value:.4g} N m = weight times the height of the centre of "
-                f"buoyancy above the centre of mass{height}."
+                f"Righting moment of {term.axis}: {p.value:.4g} N m = buoyancy times the height of its centre above "
+                f"the centre of mass{height}."
             )
         elif term.kind == WEIGHT and term.axis == "heave":  # its parts along the other axes have the same coefficient
-            found.append(f"Weight less buoyancy: {-p.value if flu else p.value:.4g} N; choose the volume so.")
+            found.append(f"Weight less buoyancy: {-p.value if flu else p.value:.4g} N, which decides the volume.")
     return found
+
+
+def _afloat(vehicle: Vehicle, mass: float, flu: bool) -> tuple[float, float]:
+    """Buoyancy [N], and the height [m] of its centre above the centre of mass, of a body of that mass [kg]."""
+    sinking = sum(p.value for t, p in vehicle.terms.items() if (t.kind, t.axis) == (WEIGHT, "heave"))
+    lift = mass * STANDARD_GRAVITY - (-sinking if flu else sinking)
+    righting = [p.value for term, p in vehicle.terms.items() if term.kind == RIGHTING]
+    return lift, float(np.mean(righting)) / lift if righting else 0.0
+
+
+def _whole(body: RigidBody) -> tuple[float, list[float], str]:
+    """Mass [kg] and moments [kg m²]; a box of water lends what nothing identified shows, and a sentence says so."""
+    squares = HULL**2
+    a_kilogram = (squares.sum() - squares) / 12.0  # moments of the box for each kg, its height being 1 m
+    of_height = WATER * HULL.prod()  # its mass, for each m³ of its height cubed
+    if body.mass is None:
+        assert body.inertia is not None, "a vehicle has an axis"
+        mass = float(of_height * (body.inertia[2] / (of_height * a_kilogram[2])) ** 0.6)
+        guess = "Nothing identified shows the mass; it is that of a box of water. --dry-mass declares it."
+        return mass, body.inertia.tolist(), guess
+    if body.inertia is None:
+        moments = body.mass * (body.mass / of_height) ** (2.0 / 3.0) * a_kilogram
+        return body.mass, moments.tolist(), "Nothing identified shows the moments of inertia; a box of water has these."
+    return body.mass, body.inertia.tolist(), ""
 
 
 def _factors(term: Term) -> tuple[list[int], list[int]]:
@@ -329,9 +378,9 @@ def _filled(template: str, /, **values: object) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _lines(elements: Iterable[tuple[str, float]]) -> list[str]:
+def _lines(elements: Iterable[tuple[str, float]], indent: int) -> list[str]:
     """Elements with a number each."""
-    return [f"  <{name}>{value:.9g}</{name}>" for name, value in elements]
+    return [f"{' ' * indent}<{name}>{value:.9g}</{name}>" for name, value in elements]
 
 
 def _comment(remarks: Sequence[str]) -> list[str]:

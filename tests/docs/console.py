@@ -1,8 +1,8 @@
 """The blocks of a page that are run: ```console and ```python. They run in their order, in one empty directory.
 
-Lines `$ …` of a console are commands, with what they print below them; `| head -n 3` and `| tail -n 3` show a part of
-it. The Python blocks of a page are one notebook: a name lives on in the blocks below. What a block prints is in a block
-```text below it. The logs of docs/logs are there.
+Lines `$ …` of a console are commands, with what they print below them; `| head -n 3`, `| tail -n 3` and
+`| sed -n 3,5p` show a part of it. The Python blocks of a page are one notebook: a name lives on in the blocks below.
+What a block prints is in a block ```text below it. The logs of docs/logs are there, and the scripts that make some.
 
 A learner whose command ends in `&` runs beside the others until the page ends. The bus is on a free port; the pages
 tell the usual one.
@@ -38,6 +38,8 @@ PAGES = (
     "docs/tutorial-notebook.md",
     "docs/tutorial-simulator.md",
     "docs/python.md",
+    "docs/whole_vehicle.md",
+    "docs/dives.md",
 )
 END = "the block has ended"
 NOTEBOOK = f"""
@@ -124,9 +126,12 @@ class Shell:
         """What a command prints; nothing where it is a learner that runs beside the others, once it can be asked."""
         command, _, part = command.partition(" | ")
         words = self._words(command.removesuffix("&"))
-        if part:  # `head -n 3` or `tail -n 3`
+        if part:  # `head -n 3`, `tail -n 3` or `sed -n 3,5p`
             end, _, count = shlex.split(part)
             lines = self.printed_by(words).splitlines(keepends=True)
+            if end == "sed":
+                first, _, last = count.removesuffix("p").partition(",")
+                return "".join(lines[int(first) - 1 : int(last)])
             return "".join(lines[: int(count)] if end == "head" else lines[-int(count) :])
         if not command.endswith("&"):
             return self.printed_by(words)
@@ -153,10 +158,11 @@ class Shell:
         return _without_waiting(ran.stdout.replace(self.endpoint, Bus().listen))
 
     def _words(self, command: str) -> list[str]:
-        """A command as it is run here, by our own program."""
+        """A command as it is run here, by our own programs."""
         program, *rest = shlex.split(command)
-        assert program == "incsvr", f"{command}: only incsvr is run"
-        return [str(Path(sys.executable).parent / "incsvr"), *rest]
+        ours = program == "incsvr" or rest[0].startswith("docs/logs/")
+        assert ours, f"{command}: only incsvr and the scripts of docs/logs are run"
+        return [str(Path(sys.executable).parent / program), *rest]
 
     @property
     def _settings(self) -> dict[str, str]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
+import runpy
 import shutil
 import subprocess
 import sys
 import textwrap
 import time
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -26,11 +26,8 @@ from incsvr.errors import BadInput
 from incsvr.forecasting.over_recordings import FitPictures
 from incsvr.numerics import Array
 from service.bus.session import free_endpoint
-from service.recordings.recording import Recording
-from service.recordings.recording_csv import write
-from simulator.dive_log import dives, write_dive
+from simulator.dive_log import write_dive
 from simulator.leng_at_sea import write_log
-from simulator.vehicles import BODIES
 from tests.viewer.screen import on_screen
 from viewer.drawing import AFTER, BEFORE, MEASURED, STYLE
 
@@ -49,8 +46,6 @@ LOGS = Path("docs/logs")
 DPI = 150
 RATE_BINS = 14
 """Bins of the yaw rate for the means of the samples."""
-DIVE_S, FOULED = 300.0, 1.25
-"""Length of the dives that are compared [s]; their drags from the third on, as a part of the first."""
 STUCK_S, SERVED_AT = (150.0, 195.0), 0.2
 """When the gyro of the picture of health repeats a value [s]; the yaw rate whose damping is drawn [rad/s]."""
 DARK: Array = np.array([13.0, 17.0, 23.0]) / 255.0
@@ -80,15 +75,11 @@ def main(recording: Path, folder: Path) -> int:
 def draw_results(folder: Path) -> None:
     """What `plot()` of each result draws: the damping with its doubt, a free run on unseen data, axes, and dives."""
     run: dict[str, Any] = {"inertia": 0.6, "validate": LOGS / "rov_2.csv"}
-    boat = BODIES["boat"](np.random.default_rng(1))
-    fouled = replace(boat, linear=FOULED * boat.linear, quadratic=FOULED * boat.quadratic)
     with TemporaryDirectory() as place:
         rov = [Path(place, f"rov_{seed}.csv") for seed in (1, 2)]
         for seed, path in enumerate(rov):
             write_dive(path, "rov", seed + 1)
-        months = [Path(place, f"{month}.csv") for month in ("april", "may", "june", "july")]
-        for path, log in zip(months, dives([boat, boat, fouled, fouled], DIVE_S, 1), strict=True):
-            write(path, Recording(path.stem, log))
+        months = runpy.run_path(str(LOGS / "dives.py"))["main"](Path(place))
         results = {
             "damping": incsvr.fit(LOGS / "rov.csv", **run),
             "free_run": incsvr.trace(LOGS / "rov.csv", **run),

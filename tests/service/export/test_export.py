@@ -56,11 +56,6 @@ def traced(tmp_path: Path) -> Path:
     return path
 
 
-def elements(text: str) -> ET.Element:
-    """A fragment as it stands in a file of the tool."""
-    return ET.fromstring(f"<file>{text}</file>")
-
-
 def opposes(moment: Any, learned: Learned) -> None:
     """The moment about yaw of a tool is the damping that was learned, against the turn."""
     assert np.array([moment(r) for r in learned.rate]) == pytest.approx(-learned.damping, abs=1e-4)
@@ -69,7 +64,9 @@ def opposes(moment: Any, learned: Learned) -> None:
 def test_gazebo_reads_derivatives(traced: Path) -> None:
     learned = of_file(traced)
     text, _ = in_format(learned, "gazebo", about_yaw=15.0)
-    inertial, plugin = elements(text)
+    inertial, plugin = (ET.fromstring(text).find(f"world/model/{path}") for path in ("link/inertial", "plugin"))
+    assert inertial is not None
+    assert plugin is not None
     assert plugin.attrib == {"filename": "gz-sim-hydrodynamics-system", "name": "gz::sim::systems::Hydrodynamics"}
     # As Hydrodynamics.cc has it: the wrench is −(Dmat ν) with Dmat = −nR − nRabsR |r|.
     values = {name: float(plugin.findtext(name) or "") for name in ("nR", "nRabsR")}

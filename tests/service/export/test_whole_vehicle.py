@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from incsvr.numerics import Array
 from incsvr.plant.mass_and_coriolis import coriolis_matrix
@@ -94,8 +95,11 @@ def agrees(acceleration: Callable[[Array, Array], Array], vehicle: Vehicle, sign
     assert free_run(acceleration, commands() * sign) * sign == pytest.approx(ours, abs=1e-6)
 
 
-def elements(text: str) -> ET.Element:
-    return ET.fromstring(f"<file>{text}</file>")
+def model_of(text: str) -> ET.Element:
+    """The model in Gazebo's world."""
+    model = ET.fromstring(text).find("world/model")
+    assert model is not None
+    return model
 
 
 def number(element: ET.Element, path: str) -> float:
@@ -104,7 +108,7 @@ def number(element: ET.Element, path: str) -> float:
 
 def gazebo_body(file: ET.Element) -> Array:
     """M as gz-physics takes it: the body's mass and moments, and the entries of <fluid_added_mass> (inertial.sdf)."""
-    inertial, letters = file.find("inertial"), "xyzpqr"
+    inertial, letters = file.find("link/inertial"), "xyzpqr"
     assert inertial is not None
     mass = np.diag([number(inertial, "mass")] * 3 + [number(inertial, f"inertia/i{a}{a}") for a in "xyz"])
     for row in range(6):
@@ -130,7 +134,7 @@ def gazebo_wrench(plugin: ET.Element, velocity: Array) -> Array:
 @pytest.mark.parametrize("turned", [False, True])
 def test_gazebo_moves_as_the_vehicle_file(tmp_path: Path, turned: bool) -> None:
     vehicle = vehicle_with({**CROSS, **AHEAD, **OTHERS})
-    file = elements(exported(tmp_path, vehicle, "gazebo", *["--port-and-up"] * turned))
+    file = model_of(exported(tmp_path, vehicle, "gazebo", *["--port-and-up"] * turned))
     mass, plugin = gazebo_body(file), file.find("plugin")
     assert plugin is not None
     assert [plugin.findtext(f"disable_{name}") for name in ("added_mass", "coriolis")] == ["true", "true"]
@@ -140,7 +144,32 @@ def test_gazebo_moves_as_the_vehicle_file(tmp_path: Path, turned: bool) -> None:
         return np.asarray(inverse @ (effort + gazebo_wrench(plugin, v) - coriolis_matrix(mass, v) @ v))
 
     agrees(acceleration, vehicle, 1.0 if turned else PORT_AND_UP)
-    assert number(file, "inertial/fluid_added_mass/zz") == pytest.approx(28.0 - number(file, "inertial/mass"), abs=1e-6)
+    inertial = "link/inertial"
+    assert number(file, f"{inertial}/fluid_added_mass/zz") == pytest.approx(
+        28 - number(file, f"{inertial}/mass"), abs=1e-6
+    )
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("words", [[], ["--dry-mass", "11.5"]])
+def test_gazebos_gravity_and_buoyancy_hold_the_vehicle_as_the_file_does(
+    tmp_path: Path, words: list[str], turned: bool
+) -> None:
+    """As Buoyancy.cc and SimulationFeatures.cc have them: ρ V g at the volume's centre, m g at the centre of mass."""
+    weight, down = -3.0 if turned else 3.0, Rotation.from_euler("xyz", (0.3, -0.2, 0.0)).inv().apply([0.0, 0.0, -1.0])
+    terms = {Term("roll", "righting"): 4.0, Term("pitch", "righting"): 4.0, Term("heave", "weight"): weight}
+    vehicle = vehicle_with(terms)
+    world = ET.fromstring(exported(tmp_path, vehicle, "gazebo", *words, *["--port-and-up"] * turned))
+    link, gravity = "world/model/link/collision", 9.80665
+    volume = np.prod([float(side) for side in (world.findtext(f"{link}/geometry/box/size") or "").split()])
+    centre = np.array([float(each) for each in (world.findtext(f"{link}/pose") or "").split()[:3]])
+    lift = -number(world, "world/plugin/uniform_fluid_density") * volume * gravity * down
+    force = number(world, "world/model/link/inertial/mass") * gravity * down + lift
+    assert force[2] == pytest.approx(3.0 * down[2], abs=1e-5)
+    # A vehicle to starboard and down is pitched the other way for the same position in the world.
+    space, pitch = space_of(python_module(vehicle)), -0.2 if turned else 0.2
+    ours = -space["damping"](np.zeros(6), np.zeros(6), (0.3, pitch)) * (1.0 if turned else PORT_AND_UP)
+    assert np.cross(centre, lift) == pytest.approx(ours[3:], abs=1e-5)
 
 
 def test_what_a_format_cannot_hold_stands_in_the_file_and_on_standard_error(
@@ -157,13 +186,13 @@ def test_what_a_format_cannot_hold_stands_in_the_file_and_on_standard_error(
         for place in (text, capsys.readouterr().err):
             for sentence in (*sentences, "roll quadratic (not excited)", "Weight less buoyancy: 3 N"):
                 assert sentence in place, name
-        elements(text)
+        ET.fromstring(text if name == "gazebo" else f"<file>{text}</file>")
 
 
 def test_stonefish_holds_the_moments_of_body_and_water_and_the_centre_of_gravity(tmp_path: Path) -> None:
     vehicle = vehicle_with({Term("roll", "righting"): 4.0, Term("pitch", "righting"): 4.0}, {"yaw": 0.25})
     words = ["--dry-mass", "11.5", "--dry-inertia", "0.2", "--inertia-xy", "0.1", "0.15"]
-    file = elements(exported(tmp_path, vehicle, "stonefish", *words))
+    file = ET.fromstring(f"<file>{exported(tmp_path, vehicle, 'stonefish', *words)}</file>")
     values = {child.tag: child.attrib for child in file}
     assert values["mass"] == {"value": "11.5"}
     assert values["inertia"] == {"xyz": "0.3 0.4 0.6"}
@@ -179,8 +208,7 @@ def test_axes_that_were_not_identified_get_nothing_of_the_water(tmp_path: Path) 
         whole, axes=axes, driven=axes, mass=mass, terms={t: p for t, p in whole.terms.items() if t.axis in axes}
     )
     text = exported(tmp_path, planar, "gazebo")
-    file = elements(text)
-    assert np.diag(gazebo_body(file)) == pytest.approx([18.0, 24.0, 18.0, 0.6, 0.6, 0.6])
+    assert np.diag(gazebo_body(model_of(text))) == pytest.approx([18.0, 24.0, 18.0, 0.6, 0.6, 0.6])
     assert "Not identified, and 0 here: added mass and damping of heave, roll, pitch" in text
 
 
