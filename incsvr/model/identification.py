@@ -24,6 +24,9 @@ from incsvr.model.windows import ANGLES, Windows, cut
 from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import VELOCITIES
 
+PLAIN, EFFECTS = "plain", "effects"
+"""Names of the simulators: without effects, and with those that were found."""
+
 
 @dataclass(frozen=True)
 class Identification:
@@ -214,7 +217,7 @@ def leaving(found: Identification, names: Mapping[str, str], more: bool) -> Iden
     kept = tuple(each for each in was.added if each.name not in names)
     because = {name: why for name, why in was.refused.items() if not any(one in why for one in names)}
     begun = Found(remaining(found, names), kept, {**because, **names})
-    result, plain, base = begun, found.models["plain"], found.base
+    result, plain, base = begun, found.models[PLAIN], found.base
     if more:
         result = search(Predictor(base, found.reliability), found.effects, begun=begun)
         plain, base, result = _with_curve_found(plain, base, result)
@@ -266,7 +269,7 @@ def _with_curve_found(plain: Fit, base: Fit, found: Found) -> tuple[Fit, Fit, Fo
 
 def _simulators(plain: Fit, found: Found) -> dict[str, Fit]:
     """The plain model and that with effects, as simulators, with the inertia declared and free."""
-    models = {"plain": plain}
+    models = {PLAIN: plain}
     if found.added:
         runs, own = found.fit.problem.windows.runs, replace(found.fit.structure, predictor=False)
         new = {name: found.fit.theta[name] for name in own.names}
@@ -276,7 +279,7 @@ def _simulators(plain: Fit, found: Found) -> dict[str, Fit]:
             structure = replace(own, ways=dict.fromkeys(own.driven, way))
             problem = Problem(_as_cut(plain, runs, structure))
             trials += [fit(structure, each, problem) for each in starts]
-        models["effects"] = min(trials, key=lambda each: each.value)
+        models[EFFECTS] = min(trials, key=lambda each: each.value)
     for name, model in list(models.items()):
         given = model.structure.given
         if given:
