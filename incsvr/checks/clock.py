@@ -16,12 +16,13 @@ from incsvr.signals.settings import YAW_RATE
 PACE_CHANGE_RANGE = (0.003, 0.05)
 """A change of the period between two stamps, as a part, from which on it is a clock's and up to which it is one.
 A quartz keeps a ten-thousandth; a batch in which messages are lost errs by 0.002; a rate set anew differs by more."""
-COMPLETE_WINDOWS_QUANTILE = 0.1
-"""Quantile of the mean periods of the windows that is the stream's own: a lost message makes a window's longer, and so
-many windows at least hold every one."""
 
 
-def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], float]:
+def paces(
+    batch: Samples,
+    usual: Mapping[str, float],
+    least: float = 6.0,  # deviations: windows overlap, and the usual period errs as well
+) -> tuple[list[Finding], float]:
     """The streams of a batch that come at another pace than the periods `usual` [s] say, and by how much the torque's
     stamps ran ahead of the yaw rate's by that [s]: a clock that both are stamped with takes neither from the other."""
     changes = {name: period(batch, name) / usual[name] - 1.0 for name in STREAM_WORDS if usual.get(name)}
@@ -31,7 +32,7 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
     changes = {
         name: change
         for name, change in changes.items()
-        if abs(change) * lasted > usual[name] and abs(change) * usual[name] > MIN_PACE_DEVIATIONS * _jitter(batch, name)
+        if abs(change) * lasted > usual[name] and abs(change) * usual[name] > least * _jitter(batch, name)
     }
     apart = changes.get(TORQUE, 0.0) - changes.get(YAW_RATE, 0.0)
     decision = Decision.PAUSE if abs(apart) > PACE_CHANGE_RANGE[0] else Decision.WARN
@@ -51,10 +52,6 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
     return found, apart * lasted if found and decision == Decision.PAUSE else 0.0
 
 
-MIN_PACE_DEVIATIONS = 6.0
-"""Deviations of a mean period from which on it is another: windows overlap, and the usual one errs as well."""
-
-
 def _jitter(batch: Samples, name: str) -> float:
     """Deviation of a stream's mean period [s], by its shorter windows: lost messages make windows longer alone."""
     each = _mean_periods(batch, name)
@@ -62,10 +59,14 @@ def _jitter(batch: Samples, name: str) -> float:
     return float((middle - low) / np.sqrt(max(each.size, 1)))
 
 
-def period(batch: Samples, name: str) -> float:
+def period(
+    batch: Samples,
+    name: str,
+    complete: float = 0.1,  # of the windows hold every message at least: one that is lost makes a window's step longer
+) -> float:
     """The time between two stamps of a stream [s], whatever single messages were lost; 0 where no window has two."""
     each = _mean_periods(batch, name)
-    return float(np.quantile(each, COMPLETE_WINDOWS_QUANTILE)) if each.size else 0.0
+    return float(np.quantile(each, complete)) if each.size else 0.0
 
 
 def _mean_periods(batch: Samples, name: str) -> Array:

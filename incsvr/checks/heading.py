@@ -16,6 +16,8 @@ ZERO_SHARES = {Decision.WARN: 0.02, Decision.PAUSE: 0.04}
 of 0.25 rad/s."""
 ZERO_SIGMAS = 5.0
 """Standard deviations beyond which a zero is believed."""
+ZERO_PARTS = 4
+"""Parts of a batch in each of which a zero must show: one in which the vehicle tilted makes them differ."""
 MIN_TURNED_RAD = 0.5
 """The angle [rad] that the gyro must have turned to and fro for a direction or a unit to be told."""
 MIN_AGREEMENT = 0.7
@@ -59,8 +61,12 @@ def against_heading(batch: Samples, largest_rate: float) -> list[Finding]:
     each = (gyro - compass) - bias * lasted
     # increments share their ends' errors, which cancel in the sum: the two ends of the batch are what is left
     doubt = root_mean_square(each) * float(np.sqrt(2.0)) / float(lasted.sum())
+    # a zero is the same throughout; a vehicle that tilts, whose angles nobody recorded, turns its heading now more, now
+    # less than its yaw rate says
+    parts = np.array_split(gyro - compass, count := min(ZERO_PARTS, gyro.size // 2))
+    spread = np.std([part.mean() for part in parts], ddof=1) / float(lasted.mean() * np.sqrt(count))
     decision = max((d for d, part in ZERO_SHARES.items() if abs(bias) > part * largest_rate), default=Decision.CLEAN)
-    if decision and abs(bias) > ZERO_SIGMAS * doubt:
+    if decision and abs(bias) > ZERO_SIGMAS * max(doubt, float(spread)):
         return [
             Finding(
                 "gyro bias",

@@ -1,6 +1,7 @@
 """The motion of one log against its efforts, by a least squares of its own: gain, delay, the hands of its axes.
 
-Streams are filtered alike with a short bell, and of one axis τ(t − δ) = m ν̇ + a ν + b ν|ν| + products + c is fitted.
+Streams are filtered alike with a short bell, and of one axis τ(t − δ) = m ν̇ + a ν + b ν|ν| + c is fitted beside
+products of velocities, the other accelerations and the angle that rights the vehicle.
 No engine of the whole vehicle is needed, so that a log is judged before anything is concluded from it.
 """
 
@@ -11,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, running_integral
 from incsvr.plant.axes import VELOCITIES, Axis
 from incsvr.signals.smoothing import smooth
 
@@ -26,6 +27,8 @@ MIN_INSTANTS, MAX_INSTANTS = 60, 2000
 """Instants from which on a motion says something, and that are looked at."""
 CERTAIN_DEVIATIONS = 4.0
 """Standard errors by which a coefficient has its sign."""
+RIGHTED_RATES = ("roll_rate", "pitch_rate")
+"""Rates of the axes whose angle turns the vehicle back."""
 MIN_EXPLAINED = 0.3
 """Share of an effort that a motion explains at least, to say anything of it."""
 
@@ -150,7 +153,9 @@ def response(streams: Streams, axis: Axis) -> Response | None:
         return None
     own, every = seen.value[axis.rate], [*others, axis.rate]
     products = [seen.value[a] * seen.value[b] for k, a in enumerate(every) for b in every[k + 1 :]]
-    columns = [seen.slope[axis.rate], own, own * np.abs(own), *products]
+    columns = [seen.slope[axis.rate], own, own * np.abs(own), *products, *(seen.slope[each] for each in others)]
+    if axis.rate in RIGHTED_RATES:
+        columns.append(running_integral(seen.time, own - own.mean()))
     width = found[1]
     speed = float(np.quantile(np.abs(own), 0.9))
     dense = np.arange(seen.time[0] - DELAYS_S[-1] - width, seen.time[-1] - DELAYS_S[0] + width, 0.25 * width)
@@ -165,7 +170,8 @@ def response(streams: Streams, axis: Axis) -> Response | None:
         left.append(fit.left)
         signs.append(fit.certain(0) + np.sign(drag) if fit.left < 1.0 - MIN_EXPLAINED else 0.0)
     best = int(np.argmin(left))
-    opposed = bool(min(signs) == -2.0 and max(signs) < 2.0 and signs[best] == -2.0)
+    told = 0 < best < DELAYS_S.size - 1  # at the ends the motion follows from something else than this effort
+    opposed = bool(told and min(signs) == -2.0 and max(signs) < 2.0 and signs[best] == -2.0)
     reach = float(np.max(np.abs(streams[axis.effort][1])))
     return Response(*fits[best], speed, reach, float(DELAYS_S[best]), np.array(left), opposed)
 

@@ -14,12 +14,12 @@ from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.proof import Proof
 from incsvr.errors import BadInput
 from incsvr.model.fitting import Fit, Problem, fit
-from incsvr.model.identification import plain_fit, structure_of
+from incsvr.model.identification import EFFECTS, PLAIN, plain_fit, structure_of
 from incsvr.model.series import effort_of
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams
 from incsvr.signals import TORQUE, YAW_RATE
-from incsvr.tracing.proof import EFFECTS, OUTPUT_ERROR, PLAIN, compared, held
+from incsvr.tracing.proof import OUTPUT_ERROR, compared, held
 from incsvr.tracing.recordings import Recordings, of_streams
 from incsvr.tracing.unseen import judge
 

@@ -55,11 +55,6 @@ def candidates(
         if axis in structure.given:
             start = {f"mass:{axis}": structure.given[axis] + 0.05}
             found.append(Candidate(f"inertia@{axis}", structure.plus(free=[axis]), start))
-    for a, b in coupled_pairs(structure.axes):
-        if (a, b) not in structure.coupled:
-            share = 0.05 * float(np.sqrt(structure.inertia(theta, a) * structure.inertia(theta, b)))
-            more = replace(structure, coupled=(*structure.coupled, (a, b)))
-            found.append(Candidate(f"inertia:{a}*{b}@{a}", more, {f"mass:{a}*{b}": share}))
     return found
 
 

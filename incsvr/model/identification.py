@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.model import rows as catalogue
-from incsvr.model.candidates import CURVE, of_curve, without
+from incsvr.model.candidates import CURVE, coupled_pairs, of_curve, without
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import gain, left_out
@@ -23,6 +23,9 @@ from incsvr.model.structure import Structure
 from incsvr.model.windows import ANGLES, Windows, cut
 from incsvr.numerics import Array, Streams
 from incsvr.plant.axes import VELOCITIES
+
+PLAIN, EFFECTS = "plain", "effects"
+"""Names of the simulators: without effects, and with those that were found."""
 
 
 @dataclass(frozen=True)
@@ -62,18 +65,20 @@ class Identification:
 def structure_of(
     runs: Sequence[Streams], axes: Sequence[str], channels: Sequence[str] = (), given: Mapping[str, float] | None = None
 ) -> Structure:
-    """The plain structure of some axes: own damping, restoring, C(M) for several; `given` are declared inertias by
-    axis, and entries of M by pair, as `sway*yaw_rate`."""
+    """The plain structure of some axes: M of a body whose port mirrors its starboard, own damping, restoring, C(M) for
+    several; `given` are declared inertias by axis, and entries of M by pair, as `sway*yaw_rate`."""
     driven = tuple(
         axis for axis in axes if all(effort_of(axis) in run for run in runs) and np.any(values(runs, effort_of(axis)))
     )
     recorded = [name for name in ANGLES if all(name in run for run in runs)]
     rows = tuple(row for axis in axes for row in catalogue.damping(axis))
     rows += catalogue.restoring(axes, recorded)
+    declared = tuple((a, b) for a, star, b in (name.partition("*") for name in given or {}) if star)
+    mirrored = [pair for pair in coupled_pairs(axes) if {*pair} not in [{*one} for one in declared]]
     angles = [name for name in ("roll", "pitch") if name in recorded and {"roll_rate", "pitch_rate"} & set(axes)]
     return Structure(
         tuple(axes), driven, rows, tied=len(axes) > 1,
-        coupled=tuple((a, b) for a, star, b in (name.partition("*") for name in given or {}) if star),
+        coupled=declared + tuple(pair for pair in mirrored if not {*pair} <= {*(given or {})}),
         given={name: float(value if "*" in name else np.log(value)) for name, value in (given or {}).items()},
         shift_priors={axis: 0.5 * period(runs, effort_of(axis)) for axis in driven},
         channels=tuple(dict.fromkeys((*channels, *angles))),
@@ -214,7 +219,7 @@ def leaving(found: Identification, names: Mapping[str, str], more: bool) -> Iden
     kept = tuple(each for each in was.added if each.name not in names)
     because = {name: why for name, why in was.refused.items() if not any(one in why for one in names)}
     begun = Found(remaining(found, names), kept, {**because, **names})
-    result, plain, base = begun, found.models["plain"], found.base
+    result, plain, base = begun, found.models[PLAIN], found.base
     if more:
         result = search(Predictor(base, found.reliability), found.effects, begun=begun)
         plain, base, result = _with_curve_found(plain, base, result)
@@ -266,7 +271,7 @@ def _with_curve_found(plain: Fit, base: Fit, found: Found) -> tuple[Fit, Fit, Fo
 
 def _simulators(plain: Fit, found: Found) -> dict[str, Fit]:
     """The plain model and that with effects, as simulators, with the inertia declared and free."""
-    models = {"plain": plain}
+    models = {PLAIN: plain}
     if found.added:
         runs, own = found.fit.problem.windows.runs, replace(found.fit.structure, predictor=False)
         new = {name: found.fit.theta[name] for name in own.names}
@@ -276,7 +281,7 @@ def _simulators(plain: Fit, found: Found) -> dict[str, Fit]:
             structure = replace(own, ways=dict.fromkeys(own.driven, way))
             problem = Problem(_as_cut(plain, runs, structure))
             trials += [fit(structure, each, problem) for each in starts]
-        models["effects"] = min(trials, key=lambda each: each.value)
+        models[EFFECTS] = min(trials, key=lambda each: each.value)
     for name, model in list(models.items()):
         given = model.structure.given
         if given:

@@ -1,8 +1,9 @@
-"""The inertia where nobody declared it: that of the plain model, whose free course is brought near the measured one.
+"""The inertia where nobody declared it: that of the plain model, whose free course is brought near the measured one,
+and that beside the effects that the plain model lacks.
 
-Its limits, to be said with the figure: it takes the torque for true, so a thrust gain of g appears as I/g, and a lag of
-the thrusters as inertia; it takes the torque for independent of disturbances, so it belongs to open-loop runs; and
-where the vehicle hardly accelerates the data say little about I, which the standard error then shows.
+The limits, to be said with the figures: both take the torque for true, so a thrust gain of g appears as I/g; both take
+the torque for independent of disturbances, so they belong to open-loop runs; and where the vehicle hardly accelerates
+the data say little about I, which the standard error then shows.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.model.identification import plain_fit, structure_of
+from incsvr.model.identification import EFFECTS, identify, plain_fit, structure_of
 from incsvr.model.intervals import halved, intervals
 from incsvr.model.series import effort_of, values
 from incsvr.model.simulation import predict
@@ -27,14 +28,19 @@ class InertiaEstimate:
     """The inertia by output error, with its deviation.
 
     Attributes:
-        inertia: I [kg m²].
-        standard_error: of I [kg m²]; it knows nothing of the limits above.
-        rmse: of the free run on the runs it was fitted to [rad/s].
+        inertia: I of the plain model, in which what that lacks looks like inertia, too [kg m²].
+        standard_error: of I [kg m²], at least as wide as the two differ; it knows nothing of the limits above.
+        rmse: of the plain model's free run on the runs it was fitted to [rad/s].
+        effects: that the recordings show, by the engine's names.
+        beside, beside_error: I beside these effects, and its standard error [kg m²].
     """
 
     inertia: float
     standard_error: float
     rmse: float
+    effects: tuple[str, ...]
+    beside: float
+    beside_error: float
 
 
 def estimate_inertia(
@@ -72,4 +78,11 @@ def estimate_inertia(
             f"the {words.inertia} cannot be estimated: no free run follows these recordings; give open-loop runs in "
             f"which the vehicle speeds up and slows down, or declare the {words.inertia}"
         )
-    return InertiaEstimate(one.value, one.value * relative, rmse)
+    found = identify(runs, [rate])
+    if found.best != EFFECTS:
+        return InertiaEstimate(one.value, one.value * relative, rmse, (), one.value, one.value * relative)
+    two = intervals(found.model, [halved(found.model)])[f"mass:{rate}"]
+    apart = max(abs(np.log(end / one.value)) for end in (two.low, two.high)) / 1.96
+    effects = tuple(each.name for each in found.found.added)
+    error = two.value * float(np.log(two.high / two.low)) / (2.0 * 1.96)
+    return InertiaEstimate(one.value, one.value * max(relative, apart), rmse, effects, two.value, error)

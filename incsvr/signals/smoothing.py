@@ -122,11 +122,12 @@ def _covered(
     return covered
 
 
-LOST_STEPS = 1.5
-"""Mean steps from which on one is that over a message that was lost."""
-
-
-def mean_period(time: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -> Array:
+def mean_period(
+    time: Array,
+    first: NDArray[np.intp],
+    last: NDArray[np.intp],
+    lost_from: float = 1.5,  # mean steps: half way to the step over one lost message
+) -> Array:
     """(m,) the mean step of stamps (n,) from `first` to `last` [s], but for those over a message that was lost."""
     counts = last - first
     mean: Array = (time[last] - time[first]) / np.maximum(counts, 1)
@@ -134,7 +135,7 @@ def mean_period(time: Array, first: NDArray[np.intp], last: NDArray[np.intp]) ->
     starts = np.cumsum(counts[filled]) - counts[filled]
     index = np.repeat(first[filled] - starts, counts[filled]) + np.arange(counts[filled].sum())
     step = time[index + 1] - time[index]
-    lost = step > LOST_STEPS * np.repeat(mean[filled], counts[filled])
+    lost = step > lost_from * np.repeat(mean[filled], counts[filled])
     if lost.any():
         kept = np.add.reduceat((~lost).astype(np.float64), starts)
         whole = np.add.reduceat(np.where(lost, 0.0, step), starts)

@@ -11,7 +11,7 @@ import numpy as np
 from incsvr.model.candidates import Candidate, joined, without
 from incsvr.model.efforts import Stage
 from incsvr.model.fitting import Fit, fit
-from incsvr.model.identification import Identification
+from incsvr.model.identification import EFFECTS, PLAIN, Identification
 from incsvr.model.intervals import halved
 from incsvr.model.rows import Row
 from incsvr.model.search import Added, is_noise
@@ -21,7 +21,6 @@ from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.answering import Loop
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.parameters import parameters_of
-from incsvr.tracing.proof import EFFECTS, PLAIN
 from incsvr.tracing.recordings import Recordings
 from incsvr.tracing.sentences import AHEAD, LABELS
 from incsvr.tracing.statistics import p_value

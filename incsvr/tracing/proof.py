@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.model.identification import Identification
+from incsvr.model.identification import PLAIN, Identification
 from incsvr.numerics import Array, root_mean_square
 from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.held_out import Errors, beats_zero, horizons, trivial
@@ -16,8 +16,8 @@ from incsvr.tracing.statistics import Change, change_of_rms, rms
 from incsvr.tracing.thresholds import TORQUE_BLOCK_SCALES
 from incsvr.tracing.unseen import Judge
 
-PLAIN, EFFECTS, OUTPUT_ERROR = "plain", "effects", "plain, free inertia"
-"""Names of the engine's models: the declared one with learned damping, with effects, and with a free inertia alone."""
+OUTPUT_ERROR = "plain, free inertia"
+"""Name of the plain simulator where its inertia is free."""
 
 
 @dataclass(frozen=True, slots=True)

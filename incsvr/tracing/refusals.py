@@ -8,11 +8,11 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.model.fitting import fit
-from incsvr.model.identification import Identification
+from incsvr.model.identification import PLAIN, Identification
 from incsvr.model.series import effort_of, noise, values
 from incsvr.plant.axes import of_rate
 from incsvr.plant.words import words_of
-from incsvr.tracing.proof import OUTPUT_ERROR, PLAIN
+from incsvr.tracing.proof import OUTPUT_ERROR
 from incsvr.tracing.recordings import Recordings
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.model.factors import Indices
 from incsvr.model.fitting import Fit
-from incsvr.model.identification import identify, leaving, remaining
+from incsvr.model.identification import EFFECTS, PLAIN, identify, leaving, remaining
 from incsvr.model.rivals import agreeing
 from incsvr.model.scales import motion_scale
 from incsvr.model.series import effort_of, values
@@ -27,7 +27,7 @@ from incsvr.tracing.ledger import ledger_of
 from incsvr.tracing.loop import answer_left, loop_of
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.parameters import has_size
-from incsvr.tracing.proof import EFFECTS, PLAIN, Proof, prove
+from incsvr.tracing.proof import Proof, prove
 from incsvr.tracing.recordings import Recordings, recordings_of
 from incsvr.tracing.refusals import refuse_too_little_motion
 from incsvr.tracing.rest import smooth_rest

@@ -24,7 +24,7 @@ def manoeuvres(vehicle: Vehicle) -> tuple[str, ...]:
             )
         elif parameter.origin == UNKNOWN:
             found.append(f"{what} is not excited: {steps}, faster than the vehicle settles")
-        elif parameter.origin == ASSUMED:
+        elif parameter.origin == ASSUMED and one == other:
             found.append(
                 f"the {one} inertia is assumed, because no effort acts along {one}: declare it with "
                 "--set vehicle.mass_matrix=…"

@@ -21,7 +21,7 @@ from incsvr.vehicle.runs import is_held
 
 ESTIMATED, DECLARED, ASSUMED = "estimated", "declared", "assumed"
 UNKNOWN, BOUND_REACHED = "not excited", "bound reached"
-"""The origins of a parameter. An inertia is assumed where its axis has no actuator, and any scale would do; a
+"""The origins of a parameter. All of an axis that has no actuator is assumed, because any scale would do; a
 parameter is not excited where its interval is wider than all of the axis's usual effort; an inertia's bound is
 reached where the search ended at its edge, so that the recordings do not determine it."""
 
@@ -35,7 +35,7 @@ class Parameter:
 
     Attributes:
         value: in SI units.
-        low, high: ends of its interval of 95 %; the value itself where it is declared or assumed.
+        low, high: ends of its interval of 95 %, for the scale where that is assumed; the value itself if declared.
         origin: estimated, declared, assumed, not excited or bound reached.
     """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -56,6 +57,13 @@ def vehicle_of(
     if not structure.tied and len(structure.axes) > 1:
         for each, parameter in _without_coriolis(mass, structure.axes).items():
             terms[each] = _plus(terms.get(each), parameter)
+    assumed_axes = {one for (one, other), each in mass.items() if one == other and each.origin == ASSUMED}
+    mass |= {
+        pair: replace(each, origin=ASSUMED)
+        for pair, each in mass.items()
+        if each.origin != DECLARED and assumed_axes & {*pair}
+    }
+    terms |= {term: replace(each, origin=ASSUMED) for term, each in terms.items() if term.axis in assumed_axes}
     lags, thrust = _stages(found, parameters)
     read = {factor.of for row in structure.rows for part in row.parts for factor in (part.one, part.other)}
     for axis in [axis for axis, of in thrust.items() if set(of) == {"reverse"}]:

@@ -15,6 +15,7 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import TorqueKind
+from incsvr.tracing.vocabulary import contract_name
 from service.cli.progress import progress
 from service.config.configuration import Config
 from service.fitting.cures import cure
@@ -25,10 +26,7 @@ from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import signals_for
 
 ESTIMATE = "estimate"
-ESTIMATE_LIMITS = (
-    "the estimate assumes a correct {effort} and open-loop runs: a thrust gain of g appears as I/g, a delay of the "
-    "thrusters as {inertia}"
-)
+ESTIMATE_LIMITS = "the estimate assumes a correct {effort} and open-loop runs: a thrust gain of g appears as I/g"
 CLOSED_LOOP_DOUBT = (
     "closed loop: the {effort} reacts to disturbances of the {rate}, so a free run cannot validate the estimated "
     "{inertia}, which may be off by half its value and more; declare the {inertia}, or record open-loop runs"
@@ -87,6 +85,11 @@ class Declared:
         """With an estimate to the digits that are written down."""
         return self if self.estimate is None else replace(self, inertia=float(f"{self.inertia:.5g}"))
 
+    @property
+    def beside_effects(self) -> Declared:
+        """With the estimate of a model that has the effects which the recordings show."""
+        return self if self.estimate is None else replace(self, inertia=self.estimate.beside)
+
     def in_force(self, config: Config) -> Config:
         """The configuration of a vehicle with this inertia, or in this body."""
         mass = None if self.coupled is None else tuple(self.coupled.mass.ravel().tolist())
@@ -123,11 +126,18 @@ def estimate_in_result(estimate: InertiaEstimate | None, closed_loop: bool) -> d
     return {"inertia_standard_error": error, "fit_free_run_rmse": estimate.rmse}
 
 
-def estimate_remarks(closed_loop: bool, words: AxisWords) -> list[str]:
+def estimate_remarks(estimate: InertiaEstimate, closed_loop: bool, words: AxisWords) -> list[str]:
     """The remarks on an estimated inertia."""
-    return [words.fill(each) for each in (ESTIMATE_LIMITS, *([CLOSED_LOOP_DOUBT] if closed_loop else []))]
+    said = [words.fill(ESTIMATE_LIMITS), *([words.fill(CLOSED_LOOP_DOUBT)] if closed_loop else [])]
+    if estimate.effects:
+        shown = " and ".join(dict.fromkeys(contract_name(each) for each in estimate.effects))
+        said.append(
+            f"the recordings show {shown}: beside that {words.inertia} is {estimate.beside:.3g} ± "
+            f"{1.96 * estimate.beside_error:.2g} {words.inertia_unit}; the model here replaces it by {words.inertia}"
+        )
+    return said
 
 
-def doubt(estimate: InertiaEstimate, closed_loop: bool) -> str:
-    """Beside the figure."""
-    return "" if closed_loop else f" ± {estimate.standard_error:.2g}"
+def doubt(error: float, closed_loop: bool) -> str:
+    """Half the interval of 95 %, beside a figure with a standard error."""
+    return "" if closed_loop else f" ± {1.96 * error:.2g}"

@@ -354,7 +354,7 @@ def fit(request: Request, config: Config | None = None) -> Fit:
     of_body = config if declared.coupled is None else declared.in_force(config)
     of_body = of_body.model_copy(update={"inputs": reading.description.inputs})
     if declared.estimate is not None:
-        limits = of_inertia.estimate_remarks(found.closed_loop, words_of(found.axis))
+        limits = of_inertia.estimate_remarks(declared.estimate, found.closed_loop, words_of(found.axis))
         found = replace(found, remarks=[*limits, *found.remarks])
     return replace(found, request=request, config=of_body, reading=reading, estimate=declared.estimate)
 

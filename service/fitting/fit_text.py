@@ -22,7 +22,8 @@ def text(fit: Fit) -> str:
     """The text of a fit, for people."""
     training, estimate, words = fit.training, fit.estimate, words_of(fit.axis)
     signals, learner, samples = training.signals, training.settings, len(training.samples)
-    source = "" if estimate is None else f"{declared.doubt(estimate, fit.closed_loop)}, estimated by output error"
+    doubt = "" if estimate is None else declared.doubt(estimate.standard_error, fit.closed_loop)
+    source = "" if estimate is None else f"{doubt}, estimated by output error"
     if fit.inertia != signals.inertia:
         source = f", traced ({signals.inertia:.4g} declared)"
     rate_unit, unit = words.rate_unit, words.effort_unit

@@ -112,16 +112,16 @@ def trace(request: Request, keeps: str | None = None) -> Traced:
         refuse_idle(recordings, [axis])
         if len(recordings) > 1:
             refuse_odd(recordings, [axis], request.assume_sign)
-        declared = Declared.of(request, config, axis, runs, recordings)
+        declared = Declared.of(request, config, axis, runs, recordings).beside_effects
         if declared.coupled is not None:
             recordings, parts, others = other_velocities.freed_recordings(declared.coupled, recordings)
         said = (declared.inertia, declared.torque, reading.rate_limit, request.assume_sign)
         found = trace_recordings(recordings[: len(runs)], recordings[len(runs) :], *said)
     notes = found.notes
-    if declared.estimate is not None:
-        doubt = of_inertia.doubt(declared.estimate, found.loop == "closed")
+    if (estimate := declared.estimate) is not None:
+        doubt = of_inertia.doubt(estimate.beside_error, found.loop == "closed")
         how = (
-            f"the {words.inertia} is estimated by output error, {declared.inertia:.4g}{doubt} {words.inertia_unit}: "
+            f"the {words.inertia} is estimated by output error, {estimate.beside:.4g}{doubt} {words.inertia_unit}: "
             f"{words.fill(of_inertia.ESTIMATE_LIMITS)}"
         )
         notes = (how, *notes)
