@@ -10,6 +10,7 @@ from incsvr.learning.coefficients import NORMAL_95_DEVIATIONS
 from incsvr.vehicle import compare as compare_dives
 from incsvr.vehicle.causes import causes
 from incsvr.vehicle.compare import Comparison, Value
+from incsvr.vehicle.model import ASSUMED
 from service.cli.extras import plots
 from service.cli.next_command import LOG_FLAGS, with_next
 from service.fitting.each_log import refuse_dives
@@ -130,7 +131,9 @@ def text(compared: Comparison) -> str:
     """The comparison for people: one table a quantity, and the changes."""
     lines = []
     for quantity, row in zip(compared.quantities, compared.values, strict=True):
-        lines.append(f"{quantity.name} [{quantity.unit}]")
+        own = compared.identified.vehicle.mass.get((quantity.axis, quantity.axis))
+        scale = "; its inertia is assumed, so only ratios count" if own is not None and own.origin == ASSUMED else ""
+        lines.append(f"{quantity.name} [{quantity.unit}]{scale}")
         for dive, value in zip(compared.dives, row, strict=True):
             lines.append(value_line(dive, value))
     lines.append("")
