@@ -96,6 +96,13 @@ READ = {
     ),
     "row of units": table(OURS + "\nms,°/s,Nm", lambda t: f"{1e3 * t:.0f}", lambda r: f"{np.degrees(r):.9f}"),
     "row of units in brackets": table(OURS + "\n[s],[deg/s],[N m]", "{:.3f}".format, lambda r: f"{np.degrees(r):.9f}"),
+    "units below those of the header": table(
+        "t (ms),yaw_rate (deg/s),torque\nms,deg/s,N m", lambda t: f"{1e3 * t:.0f}", lambda r: f"{np.degrees(r):.9f}"
+    ),
+    "units behind the numbers": table(
+        OURS, lambda t: f"{1e3 * t:.0f} ms", lambda r: f"{np.degrees(r):.9f}°/s", "{:.9f} Nm".format
+    ),
+    "the name of the month": table("time,yaw_rate,torque", dated("%d-%b-%Y %H:%M:%S.%f", NIGHT)),
     "several rows a stamp": table(OURS, lambda t: f"{int(round(t, 3) + 1.7e9)}"),
 }
 
@@ -120,7 +127,7 @@ def test_it_is_read_as_the_plain_table(tmp_path: Path, name: str) -> None:
         (table("time,r,tau", dated("%H:%M:%S.%f", NIGHT), comma, comma), "look like decimal commas", None),
         (table("time,yaw_rate,torque", lambda t: f"T+{t:.3f}"), "'T+0.000', which is read as no time", None),
         (table("time,r,tau", "{:.3f}".format) + "End of file\n", "row 402: 'time' is 'End of file'", None),
-        (table("time,r,tau", "{:.3f}".format, lambda r: f"{r:.5f} rad/s"), "rad/s', which is read as no number", None),
+        (table("time,r,tau", "{:.3f}".format, lambda r: f"{r:.5f} turns/s"), "turns/s', which is read as no", None),
         (table("time,r,tau", lambda t: f"{1.7e12 + 1e3 * t:.3E}"), "is 1.7e+12 in every row", None),
         (table(OURS, "{:.3f}".format, lambda r: f"{1e6 * r:.0f}"), "whole numbers", "yaw_rate=yaw_rate*0.000001"),
         (table("stamp,r,tau", "{:.3f}".format, lambda r: f"{1e3 * r:.0f}"), "whole numbers", "yaw_rate=r*0.001"),
