@@ -42,12 +42,14 @@ class Columns:
         texts: those that are none, by name.
         instants: the names of those that were dates or times of day.
         notes: how cells were read that are no plain numbers, one sentence each.
+        in_si: the names of those whose unit stood among their cells: it is used already.
     """
 
     numbers: dict[str, Array]
     texts: dict[str, tuple[str, ...]]
     instants: tuple[str, ...]
     notes: tuple[str, ...]
+    in_si: tuple[str, ...] = ()
 
 
 def columns_of(header: Sequence[str], rows: Sequence[Sequence[str]], ours: bool = False) -> Columns:
@@ -60,6 +62,7 @@ def columns_of(header: Sequence[str], rows: Sequence[Sequence[str]], ours: bool 
     units = {name: each[0].strip("[]()") for name, each in cells.items()}
     with_units = len(rows) > 2 and _is_units_row(list(units.values()), [each[1] for each in cells.values()])
     numbers, texts, instants, notes = dict[str, Array](), dict[str, tuple[str, ...]](), list[str](), list[str]()
+    in_si = list[str]()
     for name, column in cells.items():
         below = column[1:] if with_units else column
         spelt = units[name] if with_units else ""
@@ -78,6 +81,7 @@ def columns_of(header: Sequence[str], rows: Sequence[Sequence[str]], ours: bool 
         if spelt and how != _INSTANTS and not names_unit(name):
             factor = FACTORS.get(unit(spelt) or "", STAMP_UNITS.get(unit(spelt) or "", 1.0))
             numbers[name] = values * factor if factor != 1.0 else values
+            in_si += [name] if unit(spelt) else []
     if with_units:
         said = [
             f"{name} in {each}{'' if unit(each) else ' (taken as SI)'}"
@@ -85,7 +89,7 @@ def columns_of(header: Sequence[str], rows: Sequence[Sequence[str]], ours: bool 
             if each and not names_unit(name)
         ] or ["those of the header"]
         notes.append(f"row 2 holds no numbers, and is read as units: {', '.join(said)}")
-    return Columns(numbers, texts, tuple(instants), tuple(dict.fromkeys(notes)))
+    return Columns(numbers, texts, tuple(instants), tuple(dict.fromkeys(notes)), tuple(in_si))
 
 
 def _unit_behind(cells: Sequence[str]) -> str | None:
