@@ -9,7 +9,7 @@ import numpy as np
 from incsvr.checks.frozen_stream import STREAM_WORDS
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.numerics import Array
-from incsvr.signals.raw import PERIOD, TORQUE, named
+from incsvr.signals.raw import COUNT, PERIOD, TORQUE, named
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import YAW_RATE
 
@@ -51,15 +51,19 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
     return found, apart * lasted if found and decision == Decision.PAUSE else 0.0
 
 
-MIN_PACE_DEVIATIONS = 6.0
-"""Deviations of a mean period from which on it is another: windows overlap, and the usual one errs as well."""
+MIN_PACE_DEVIATIONS = 9.0
+"""Deviations of a mean period from which on it is another: a quantile errs by more than a mean, and the usual one as well."""
 
 
 def _jitter(batch: Samples, name: str) -> float:
-    """Deviation of a stream's mean period [s], by its shorter windows: lost messages make windows longer alone."""
+    """Deviation of a stream's mean period [s], by its shorter windows: lost messages make windows longer alone. Those
+    that overlap err together: as many tell it as the batch holds beside each other."""
     each = _mean_periods(batch, name)
-    low, middle = np.quantile(each, (0.05, 0.3)) if each.size else (0.0, 0.0)
-    return float((middle - low) / np.sqrt(max(each.size, 1)))
+    if not each.size:
+        return 0.0
+    low, middle = np.quantile(each, (0.05, 0.3))
+    window = float(np.median(batch.raw[named(name, COUNT)])) * float(middle)
+    return float((middle - low) / np.sqrt(np.clip(np.ptp(batch.time) / window, 1.0, each.size)))
 
 
 def period(batch: Samples, name: str) -> float:
