@@ -52,7 +52,7 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
 
 
 MIN_PACE_DEVIATIONS = 9.0
-"""Deviations of a mean period from which on it is another: a quantile errs by more than a mean, and the usual one as well."""
+"""Deviations of a mean period from which on it is another: quantiles err by more than means, that of before as well."""
 
 
 def _jitter(batch: Samples, name: str) -> float:

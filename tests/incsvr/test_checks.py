@@ -238,9 +238,13 @@ def test_stamps_that_jitter_are_of_no_clock_of_another_speed() -> None:
     settings = SignalSettings(inertia=0.6, sample_period=0.12, smoothing=0.075, rate_limit=6.0, lateness=0.0)
     for seed in range(780_210, 780_218):
         rng = np.random.default_rng(seed)
-        time = 0.02 * np.arange(3000) + np.clip(0.003 * rng.standard_normal(3000), -0.009, 0.009)
+        time = 0.02 * np.arange(3000.0) + np.clip(0.003 * rng.standard_normal(3000), -0.009, 0.009)
         time = time[rng.random(3000) > 0.02]
-        both = {"yaw_rate": (time, np.sin(time)), "torque": (time, np.cos(time))}
+        stamps: Array = np.asarray(time, dtype=np.float64)
+        both: dict[str, tuple[Array, Array]] = {
+            "yaw_rate": (stamps, np.sin(stamps)),
+            "torque": (stamps, np.cos(stamps)),
+        }
         samples, _ = synchronise(settings, both)
         batches = [samples.take(slice(first, first + 50)) for first in range(0, len(samples) - 49, 50)]
         usual = {name: float(np.mean([period(each, name) for each in batches[:2]])) for name in both}
