@@ -9,7 +9,7 @@ import numpy as np
 from incsvr.checks.frozen_stream import STREAM_WORDS
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.numerics import Array
-from incsvr.signals.raw import PERIOD, TORQUE, named
+from incsvr.signals.raw import COUNT, PERIOD, TORQUE, named
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import YAW_RATE
 
@@ -21,7 +21,7 @@ A quartz keeps a ten-thousandth; a batch in which messages are lost errs by 0.00
 def paces(
     batch: Samples,
     usual: Mapping[str, float],
-    least: float = 6.0,  # deviations: windows overlap, and the usual period errs as well
+    least: float = 9.0,  # deviations: quantiles err by more than means, the usual period's as well
 ) -> tuple[list[Finding], float]:
     """The streams of a batch that come at another pace than the periods `usual` [s] say, and by how much the torque's
     stamps ran ahead of the yaw rate's by that [s]: a clock that both are stamped with takes neither from the other."""
@@ -53,10 +53,14 @@ def paces(
 
 
 def _jitter(batch: Samples, name: str) -> float:
-    """Deviation of a stream's mean period [s], by its shorter windows: lost messages make windows longer alone."""
+    """Deviation of a stream's mean period [s], by its shorter windows: lost messages make windows longer alone. Those
+    that overlap err together: as many tell it as the batch holds beside each other."""
     each = _mean_periods(batch, name)
-    low, middle = np.quantile(each, (0.05, 0.3)) if each.size else (0.0, 0.0)
-    return float((middle - low) / np.sqrt(max(each.size, 1)))
+    if not each.size:
+        return 0.0
+    low, middle = np.quantile(each, (0.05, 0.3))
+    window = float(np.median(batch.raw[named(name, COUNT)])) * float(middle)
+    return float((middle - low) / np.sqrt(np.clip(np.ptp(batch.time) / window, 1.0, each.size)))
 
 
 def period(

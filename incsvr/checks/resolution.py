@@ -8,7 +8,8 @@ deviation of the rate to either side, within the filter, and then asked without.
 And the torque: of one on a line between two messages it is not known when it changed. By up to half of its period P it
 acts earlier or later, a quarter in the mean, which makes a sample wrong by ¼ P τ̇.
 
-Both are medians over the samples of a rate: the tube of the regression follows most of them, not the farthest.
+Of the filter's error the mean over the samples of a rate counts, as in the regression: the few samples in which the
+rate swings are wrong by most of it. The torque's is as often of either sign: of it the median, where it is no chance.
 """
 
 from __future__ import annotations
@@ -139,7 +140,7 @@ def resolution_fault(samples: Samples, smoothing: float) -> ResolutionFault | No
             continue
         damping = float(np.mean(np.abs(curve[inside])))
         largest = max(largest, damping)
-        parts = [_clear(values[inside]) for values in (bend, late)]
+        parts = abs(float(np.mean(bend[inside]))), _clear(late[inside])
         off = sum(parts)
         counts = off > MIN_FASTEST_SHARE * largest and damping > 0.0
         found.append((float(np.mean(size[inside])), off / damping if counts else 0.0, off, parts[1] > parts[0]))

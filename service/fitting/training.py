@@ -254,7 +254,7 @@ def alternative(
         for setting, other in others:
             found = _tried(setting, runs, unseen, terms, other)
             enough = found is not None and (before is None or found.error <= (1.0 - MIN_GAIN_SHARE) * before)
-            if found is not None and enough and found.share < quick.share:
+            if found is not None and enough:
                 better.append(found)
             advance()
     axis, words = runs[0].axis, words_of(runs[0].axis)

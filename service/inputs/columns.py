@@ -130,6 +130,11 @@ def unit_of(field: str) -> str:
     return spelt if spelt in FACTORS else ""
 
 
+def names_unit(field: str) -> bool:
+    """Whether a column's name ends with a unit, of a stamp or of another quantity."""
+    return _parts(field)[1] != ""
+
+
 def _parts(field: str) -> tuple[str, str]:
     """Name in small letters without its unit, and the unit: `Yaw rate [deg/s]`, `yaw_rate_degps`, `gyro.z (rad/s)`."""
     bracketed = _UNIT.match(field)

@@ -6,6 +6,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.numerics import Array
 from incsvr.signals import YAW_RATE
@@ -27,6 +28,18 @@ MAX_OWN_STEP_SHARE = 0.1
 MAX_MIRROR_SHARE = 0.05
 """The usual step of the middle between both series, in parts of their distance: where it is less, one command goes to
 and fro at every sample."""
+MAX_BURST = 10
+"""Values that a sender sends at most before the other does."""
+MIN_BURST_SHARE = 0.3
+"""Share of the values that lie in bursts of several at least: noise and pulses are none."""
+MIN_REGULAR_SHARE = 0.8
+"""Share of the bursts that are as long as most, within one value, where their levels tell them."""
+MIN_CARRIED_ON = 0.7
+"""Correlation of the way within a burst with that over the pauses about it, from which on the burst carries on."""
+MIN_LEVELS = 4
+"""Changes of level amid a burst at least."""
+MIN_LEVEL_BURST = 4
+"""Values of a burst that shows a change of level at least: noise alone makes two levels of two or three values."""
 MAX_LATE_S = 60.0
 """The time by which a message may come again [s]: what is older is of another clock."""
 HALF_SHARE = 0.4
@@ -49,7 +62,7 @@ def alternates(values: Array, is_velocity: bool = False) -> float | None:
     outside = (jump > JUMP_RATIO * across) & (jump > MIN_JUMP_SHARE * reach) & (reach > 0.0)
     count = int(np.count_nonzero(outside))
     if count < max(MIN_OUTSIDE, MIN_OUTSIDE_SHARE * values.size):
-        return None
+        return bursts_alternate(values)
     series, far = at[outside], float(np.median(jump[outside]))
     steps = np.minimum(np.abs(series[2:] - series[1:-1]), np.abs(series[2:] - series[:-2]))
     middle = 0.5 * np.abs(at + before)[outside]
@@ -57,6 +70,60 @@ def alternates(values: Array, is_velocity: bool = False) -> float | None:
     if to_and_fro or float(np.median(steps)) > MAX_OWN_STEP_SHARE * far:
         return None
     return min(count / values.size, 0.5)
+
+
+def bursts_alternate(values: Array) -> float | None:
+    """The share of the second series in values (n,) that come in bursts of two to ten, each series in its turn.
+
+    Pulses, limit cycles and steps come back to a value, too. Two things only senders of their own do: a slope within a
+    burst carries on over the pauses about it; or a level that holds changes amid a burst, which is as long as the
+    others, and has changed for the bursts to come.
+    """
+    values = values[np.isfinite(values)]
+    reach = float(np.quantile(np.abs(values - np.median(values)), 0.98)) if values.size >= MIN_VALUES else 0.0
+    edges = np.flatnonzero(np.abs(np.diff(values)) > MIN_JUMP_SHARE * reach) + 1
+    if reach == 0.0 or edges.size < MIN_OUTSIDE:
+        return None
+    starts, ends = np.append(0, edges), np.append(edges, values.size) - 1
+    length, first, last = ends - starts + 1, values[starts], values[ends]
+    run = np.arange(2, starts.size - 3)
+
+    def comes_back(over: int) -> NDArray[np.bool_]:
+        """Whether the other series goes on behind so many runs."""
+        before, after = last[run - 1], first[run + over]
+        jump = np.minimum(np.abs(first[run] - before), np.abs(after - last[run + over - 1]))
+        found: NDArray[np.bool_] = jump > JUMP_RATIO * np.abs(after - before)
+        return found
+
+    burst = np.zeros(starts.size, dtype=bool)
+    burst[run] = comes_back(1) & (length[run] > 1) & (length[run] <= MAX_BURST)
+    at = np.flatnonzero(burst)
+    if at.size < MIN_OUTSIDE or length[at].sum() < MIN_BURST_SHARE * values.size:
+        return None
+    middle, far = 0.5 * np.abs(last[at - 1] + first[at]), np.abs(first[at] - last[at - 1])
+    if float(np.median(middle)) < MAX_MIRROR_SHARE * float(np.median(far)):
+        return None
+    usual, one = float(np.median(length[at])), at[burst[at - 1] & burst[at + 1]]
+    within, about = last[one] - first[one], first[one + 2] - last[one] + first[one] - last[one - 2]
+    if one.size < MIN_OUTSIDE:
+        return None
+    carried_on = np.count_nonzero(within * about) >= MIN_OUTSIDE and float(within @ about) > MIN_CARRIED_ON * float(
+        np.linalg.norm(within) * np.linalg.norm(about)
+    )
+    steps = np.abs(np.delete(np.diff(values), edges - 1))
+    noise = float(np.median(steps[steps > 0.0])) if steps.any() else 0.0
+    change = np.abs(first[run + 1] - last[run])
+    amid = comes_back(2) & (JUMP_RATIO * np.abs(first[run + 3] - last[run + 1]) < change)
+    amid &= (
+        (change > JUMP_RATIO * noise)
+        & (np.abs(length[run] + length[run + 1] - usual) <= 1.0)
+        & ~burst[run]
+        & ~burst[run + 1]
+    )
+    regular = usual >= MIN_LEVEL_BURST and float(np.mean(np.abs(length[at] - usual) <= 1.0)) > MIN_REGULAR_SHARE
+    if carried_on or (regular and np.count_nonzero(amid) >= MIN_LEVELS):
+        return min(float(length[at].sum()) / values.size, 0.5)
+    return None
 
 
 def two_clocks(arrival: Array, stamps: Array) -> bool:

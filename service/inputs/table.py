@@ -50,12 +50,14 @@ class Table:
         columns: (n,) numbers by field, NaN where a message has none.
         texts: n texts by field, empty where a message has none.
         instants: the fields that were dates or times of day.
+        in_si: the fields whose unit stood among their cells, and is used already.
     """
 
     arrival: Array | None
     columns: Mapping[str, Array]
     texts: Mapping[str, tuple[str, ...]]
     instants: tuple[str, ...] = ()
+    in_si: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:

@@ -12,6 +12,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.inputs.columns import names_unit
 from service.inputs.units import FACTORS, STAMP_UNITS, unit
 from service.number import number_of
 
@@ -22,6 +23,8 @@ _CLOCK = re.compile(
     r"^(?:(\d+) days? )?(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:[.,]\d+)?)\s*([ap])?\.?(?:m\.?)?$", re.IGNORECASE
 )
 _DATE = re.compile(r"^(\d{1,4})([./-])(\d{1,2})\2(\d{1,4})[ T,]+(.*)$")
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_NAMED_MONTH = re.compile(rf"^(\d{{1,4}})[ ./-]({'|'.join(_MONTHS)})[a-z]*[ ./-](?=\d)", re.IGNORECASE)
 _GROUPS = {"'": "'’ \u00a0\u202f", ".": ".", ",": ","}
 """Marks between thousands: those that only group, and the two that may be a decimal mark instead."""
 
@@ -39,12 +42,14 @@ class Columns:
         texts: those that are none, by name.
         instants: the names of those that were dates or times of day.
         notes: how cells were read that are no plain numbers, one sentence each.
+        in_si: the names of those whose unit stood among their cells: it is used already.
     """
 
     numbers: dict[str, Array]
     texts: dict[str, tuple[str, ...]]
     instants: tuple[str, ...]
     notes: tuple[str, ...]
+    in_si: tuple[str, ...] = ()
 
 
 def columns_of(header: Sequence[str], rows: Sequence[Sequence[str]], ours: bool = False) -> Columns:
@@ -57,23 +62,40 @@ def columns_of(header: Sequence[str], rows: Sequence[Sequence[str]], ours: bool 
     units = {name: each[0].strip("[]()") for name, each in cells.items()}
     with_units = len(rows) > 2 and _is_units_row(list(units.values()), [each[1] for each in cells.values()])
     numbers, texts, instants, notes = dict[str, Array](), dict[str, tuple[str, ...]](), list[str](), list[str]()
+    in_si = list[str]()
     for name, column in cells.items():
-        values, how = _read(column[1:] if with_units else column, ours)
+        below = column[1:] if with_units else column
+        spelt = units[name] if with_units else ""
+        values, how = _read(below, ours)
+        if values is None and (behind := _unit_behind(below)):
+            spelt, (values, how) = behind, _read([cell.removesuffix(behind).rstrip() for cell in below], ours)
+            notes.append(f"the unit behind each number of {name} is read: {behind}")
         if values is None:
-            texts[name] = tuple(column[1:] if with_units else column)
+            texts[name] = tuple(below)
             continue
         numbers[name] = values
         if how == _INSTANTS:
             instants.append(name)
         elif how:
             notes.append(how)
-        if with_units and how != _INSTANTS:
-            factor = FACTORS.get(unit(units[name]) or "", STAMP_UNITS.get(unit(units[name]) or "", 1.0))
+        if spelt and how != _INSTANTS and not names_unit(name):
+            factor = FACTORS.get(unit(spelt) or "", STAMP_UNITS.get(unit(spelt) or "", 1.0))
             numbers[name] = values * factor if factor != 1.0 else values
+            in_si += [name] if unit(spelt) else []
     if with_units:
-        said = [f"{name} in {each}{'' if unit(each) else ' (taken as SI)'}" for name, each in units.items() if each]
+        said = [
+            f"{name} in {each}{'' if unit(each) else ' (taken as SI)'}"
+            for name, each in units.items()
+            if each and not names_unit(name)
+        ] or ["those of the header"]
         notes.append(f"row 2 holds no numbers, and is read as units: {', '.join(said)}")
-    return Columns(numbers, texts, tuple(instants), tuple(dict.fromkeys(notes)))
+    return Columns(numbers, texts, tuple(instants), tuple(dict.fromkeys(notes)), tuple(in_si))
+
+
+def _unit_behind(cells: Sequence[str]) -> str | None:
+    """The known unit that stands behind the number in each cell that has one; None where they have none, or several."""
+    spelt = {cell.lstrip("+-0123456789.,eE \u00a0") for cell in cells if cell.lower() not in EMPTY_CELLS}
+    return spelt.pop() if len(spelt) == 1 and unit(min(spelt)) else None
 
 
 def first_unread(cells: Sequence[str]) -> int:
@@ -237,7 +259,9 @@ def _past_midnight(values: Array, cells: Sequence[str]) -> Array:
 
 
 def _day_first(cell: str, month_first: bool = False) -> float | None:
-    """Seconds since 1970 of a date with points, strokes or slashes, and a time of day."""
+    """Seconds since 1970 of a date with points, strokes, slashes or a month's English name, and a time of day."""
+    if not month_first:
+        cell = _NAMED_MONTH.sub(lambda of: f"{of[1]}-{_MONTHS.index(of[2].lower()) + 1}-", cell)
     found = _DATE.match(cell)
     of_day = None if found is None else _of_day(found[5])
     if found is None or of_day is None:

@@ -56,7 +56,7 @@ def open_log(path: Path, ours: bool = False) -> Log:
     if again:
         note = f"the header comes again in row {again[0]}{' and others' * (len(again) > 1)}: it is left out there"
         found = replace(found, notes=(*found.notes, note))
-    log = table_log("CSV", Table(None, found.numbers, found.texts, found.instants), found.notes)
+    log = table_log("CSV", Table(None, found.numbers, found.texts, found.instants, found.in_si), found.notes)
     if not ours or found.notes or "t" in found.instants:
         return log
     try:

@@ -11,6 +11,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import Axis
 from incsvr.signals.streams import MAX_STAMP_S
+from service.inputs.units import QUANTITY_NAMES
 from service.logs.cells import EMPTY_CELLS, Columns, plain_number
 from service.logs.opening import first_bytes
 
@@ -51,6 +52,9 @@ def refuse_faults(path: Path, header: Sequence[str], rows: Sequence[Sequence[str
         infinite = np.isinf(found.numbers.get(name, np.empty(0)))
         if not infinite.any() and name in found.numbers and name not in found.instants:
             continue
+        words = name in found.texts and name not in QUANTITY_NAMES
+        if words and not any(plain_number(cell) is not None for cell in found.texts[name] if cell):
+            continue  # of a mode, or of remarks: nobody takes it for a channel
         for number, row in enumerate(rows[1:last], start=2):
             cell = row[place].strip()
             if (value := plain_number(cell)) is None:

@@ -168,14 +168,16 @@ def _stamped(proposal: Proposal, found: Inputs, said: ColumnSpec, log: Log) -> P
     }
     stamped = [place for each in (found, inputs) for place in each.places() if place.stamp and place.name != "armed"]
     stamps |= {place.topic: (place.stamp, place.stamp_unit) for place in stamped}
+    in_si: tuple[str, ...] = ()
     if [topic.name for topic in log.topics] == [ROWS]:
         table = log.read([ROWS])[ROWS]
+        in_si = table.in_si
         dated: tuple[str, StampUnit] = (next(iter(table.instants), ""), "s")
         by_name = stamps.get(ROWS) or time_column(log.topics[0].fields) or dated
         stamp = said.stamp or by_name[0]
         if stamp:
             missing.pop("t", None)
-            unit, note = _unit(said, stamp, by_name[1], table)
+            unit, note = ("s", []) if stamp in in_si else _unit(said, stamp, by_name[1], table)
             doubt = _wrong_unit(said, stamp, unit, table)
             if doubt is not None:
                 missing["t"] = doubt
@@ -192,7 +194,8 @@ def _stamped(proposal: Proposal, found: Inputs, said: ColumnSpec, log: Log) -> P
         arrives = name == "armed" and topic not in {ROWS, *(place.topic for place in stamped)}
         if topic not in stamps or already or arrives:
             return {}
-        return dict(zip(("stamp", "stamp_unit"), stamps[topic], strict=True))
+        again = {"unit": ""} if topic == ROWS and getattr(source, "field", None) in in_si else {}
+        return dict(zip(("stamp", "stamp_unit"), stamps[topic], strict=True)) | again
 
     return replace(proposal, inputs=renamed(inputs, places), missing=missing, notes=tuple(notes))
 

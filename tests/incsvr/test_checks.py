@@ -13,12 +13,13 @@ import pytest
 from numpy.typing import NDArray
 
 from incsvr.checks import Decision, Vehicle, Verdict, verdict_sentences
+from incsvr.checks.clock import paces, period
 from incsvr.learning import checked_learner
 from incsvr.learning.checked_learner import Guarded
 from incsvr.learning.learner import Settings
 from incsvr.numerics import Array
 from incsvr.numerics.plain import from_plain, to_plain
-from incsvr.signals import synchronise
+from incsvr.signals import SignalSettings, synchronise
 from simulator import leng
 
 SETTINGS = Settings(policy="weighted")
@@ -230,6 +231,24 @@ def test_a_clock_of_both_streams_that_runs_fast_is_told_and_learning_goes_on() -
     told_first = next(verdict for verdict in verdicts if verdict.findings)
     assert {finding.kind for finding in told_first.findings} == {"torque pace", "yaw_rate pace"}
     assert all(verdict.learn for verdict in verdicts)
+
+
+def test_stamps_that_jitter_are_of_no_clock_of_another_speed() -> None:
+    """By a sixth of their period, as of a loop on a busy computer, a fiftieth of them lost."""
+    settings = SignalSettings(inertia=0.6, sample_period=0.12, smoothing=0.075, rate_limit=6.0, lateness=0.0)
+    for seed in range(780_210, 780_218):
+        rng = np.random.default_rng(seed)
+        time = 0.02 * np.arange(3000.0) + np.clip(0.003 * rng.standard_normal(3000), -0.009, 0.009)
+        time = time[rng.random(3000) > 0.02]
+        stamps: Array = np.asarray(time, dtype=np.float64)
+        both: dict[str, tuple[Array, Array]] = {
+            "yaw_rate": (stamps, np.sin(stamps)),
+            "torque": (stamps, np.cos(stamps)),
+        }
+        samples, _ = synchronise(settings, both)
+        batches = [samples.take(slice(first, first + 50)) for first in range(0, len(samples) - 49, 50)]
+        usual = {name: float(np.mean([period(each, name) for each in batches[:2]])) for name in both}
+        assert not [found for each in batches[2:] for found in paces(each, usual)[0]], seed
 
 
 def test_a_rate_of_sending_that_was_set_anew_is_learned_from_once_the_streams_are_seen_together() -> None:

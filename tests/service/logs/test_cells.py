@@ -13,6 +13,8 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW
 from service.inputs.marks import without_marks
+from service.inputs.settings import Inputs
+from service.logs.reading import LogDescription
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording, from_table
 from service.recordings.samples_from_recording import signals_for
@@ -96,6 +98,14 @@ READ = {
     ),
     "row of units": table(OURS + "\nms,°/s,Nm", lambda t: f"{1e3 * t:.0f}", lambda r: f"{np.degrees(r):.9f}"),
     "row of units in brackets": table(OURS + "\n[s],[deg/s],[N m]", "{:.3f}".format, lambda r: f"{np.degrees(r):.9f}"),
+    "units below those of the header": table(
+        "t (ms),yaw_rate (deg/s),torque\nms,deg/s,N m", lambda t: f"{1e3 * t:.0f}", lambda r: f"{np.degrees(r):.9f}"
+    ),
+    "units behind the numbers": table(
+        OURS, lambda t: f"{1e3 * t:.0f} ms", lambda r: f"{np.degrees(r):.9f}°/s", "{:.9f} Nm".format
+    ),
+    "the name of the month": table("time,yaw_rate,torque", dated("%d-%b-%Y %H:%M:%S.%f", NIGHT)),
+    "texts beside": table("t,yaw_rate,torque,mode", "{:.3f}".format, torque="{:.9f},MANUAL".format),
     "several rows a stamp": table(OURS, lambda t: f"{int(round(t, 3) + 1.7e9)}"),
 }
 
@@ -111,6 +121,15 @@ def test_it_is_read_as_the_plain_table(tmp_path: Path, name: str) -> None:
         np.testing.assert_allclose(time - time[0], DIVE.time, atol=1e-5)
 
 
+@pytest.mark.parametrize("said", ["yaw_rate=gz:deg/s", "yaw_rate=gz"])
+def test_a_unit_that_a_person_and_the_table_say_is_used_once(tmp_path: Path, said: str) -> None:
+    (tmp_path / "run.csv").write_text(
+        table("t,gz,tau\nms,deg/s,N m", lambda t: f"{1e3 * t:.0f}", lambda r: f"{np.degrees(r):.9f}")
+    )
+    recording = Reading(LogDescription((said, "t=t:ms"), Inputs()), learns=False).of_one(tmp_path / "run.csv")
+    np.testing.assert_allclose(recording.streams()["yaw_rate"][1], DIVE.rate, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("text", "cause", "cure"),
     [
@@ -120,7 +139,7 @@ def test_it_is_read_as_the_plain_table(tmp_path: Path, name: str) -> None:
         (table("time,r,tau", dated("%H:%M:%S.%f", NIGHT), comma, comma), "look like decimal commas", None),
         (table("time,yaw_rate,torque", lambda t: f"T+{t:.3f}"), "'T+0.000', which is read as no time", None),
         (table("time,r,tau", "{:.3f}".format) + "End of file\n", "row 402: 'time' is 'End of file'", None),
-        (table("time,r,tau", "{:.3f}".format, lambda r: f"{r:.5f} rad/s"), "rad/s', which is read as no number", None),
+        (table("time,r,tau", "{:.3f}".format, lambda r: f"{r:.5f} turns/s"), "turns/s', which is read as no", None),
         (table("time,r,tau", lambda t: f"{1.7e12 + 1e3 * t:.3E}"), "is 1.7e+12 in every row", None),
         (table(OURS, "{:.3f}".format, lambda r: f"{1e6 * r:.0f}"), "whole numbers", "yaw_rate=yaw_rate*0.000001"),
         (table("stamp,r,tau", "{:.3f}".format, lambda r: f"{1e3 * r:.0f}"), "whole numbers", "yaw_rate=r*0.001"),

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer as Writer1
+from scipy.signal import lfilter
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
@@ -168,3 +169,38 @@ def test_spikes_noise_and_a_command_to_and_fro_are_one_series() -> None:
     to_and_fro = 6.0 * (-1.0) ** np.arange(DIVE.time.size)
     for values in (DIVE.rate, DIVE.torque, spiked, DIVE.torque + rng.standard_normal(spiked.size), to_and_fro):
         assert alternates(np.asarray(values, dtype=np.float64)) is None
+
+
+TIME = 0.05 * np.arange(1200, dtype=np.float64)
+LEVELS = np.repeat(
+    np.random.default_rng(650_003).uniform(-6.0, 6.0, 75), np.random.default_rng(650_004).integers(16, 48, 75)
+)[: TIME.size]
+WAVES = 3.0 * np.sin(0.5 * TIME) + np.sin(1.1 * TIME)
+
+
+@pytest.mark.parametrize("values", [2, 5, 8])
+@pytest.mark.parametrize("second", [np.zeros(TIME.size), 2.0 * np.cos(0.3 * TIME) + 1.0], ids=["zeros", "a controller"])
+@pytest.mark.parametrize("first", [WAVES, WAVES + 0.03 * np.sin(31.0 * TIME**2)], ids=["clean", "noise"])
+def test_senders_by_turns_of_several_values(first: Array, second: Array, values: int) -> None:
+    turn = (np.arange(TIME.size) // values) % 2 == 0
+    assert alternates(np.where(turn, first, second)) == pytest.approx(0.5, abs=0.3)
+
+
+@pytest.mark.parametrize("values", [5, 8])
+def test_senders_by_turns_of_commands_that_hold(values: int) -> None:
+    turn = (np.arange(TIME.size) // values) % 2 == 0
+    assert alternates(np.where(turn, LEVELS, 0.0)) == pytest.approx(0.5, abs=0.3)
+
+
+@pytest.mark.parametrize("values", range(3, 11))
+@pytest.mark.parametrize("noise", [0.0, 0.02, 0.1])
+def test_pulses_are_of_one_sender(values: int, noise: float) -> None:
+    """Of one size, of drawn sizes, of sizes that go slowly; the rate that follows them; in levels."""
+    rng, pulse = np.random.default_rng(650_005), np.arange(TIME.size) // values
+    told = noise * rng.standard_normal(TIME.size)
+    for size in (np.ones(TIME.size), rng.uniform(0.3, 1.0, 601)[pulse], 1.0 + 0.6 * np.sin(0.15 * pulse)):
+        for low in (-1.0, 0.0, 0.3):
+            pushed = size * np.where(pulse % 2 == 0, 1.0, low) + told
+            rate = np.asarray(lfilter([0.0, 0.5], [1.0, -0.5], pushed))
+            for series in (pushed, rate, np.round(rate / 0.05) * 0.05):
+                assert alternates(series) is None
