@@ -184,6 +184,7 @@ def identify(
         *(() if current is None else (current.warning,)),
         *_too_coarse(model, intervals(model, [coarse]), runs),
         *divergences(judged, vehicle.driven),
+        *_beside_lags(vehicle),
     )
     advice = manoeuvres(vehicle)
     identified = Identified(
@@ -221,6 +222,16 @@ def _refusals(axes: Sequence[str]) -> dict[str, str]:
         for axis in AXES.values()
         if axis.name not in axes
     }
+
+
+def _beside_lags(vehicle: Vehicle) -> list[str]:
+    """A sentence on each axis whose inertia only the form of a lag tells apart from that lag."""
+    return [
+        f"the {axis} effort lags by {lag.value:.2g} s, taken as first order: where its propellers lag otherwise the "
+        f"{axis} inertia is off by more than its interval; give the effort that their recorded speeds make"
+        for axis, lag in vehicle.lags.items()
+        if lag.value > 0.0
+    ]
 
 
 def _too_coarse(model: Fit, found: Mapping[str, Interval], runs: Sequence[Streams]) -> list[str]:
