@@ -17,7 +17,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.coefficients import COEFFICIENT_NAMES
 from incsvr.model import identification as engine
 from incsvr.model.fitting import Fit
-from incsvr.model.intervals import Interval, halved, intervals
+from incsvr.model.intervals import Interval, halved, hull, intervals
 from incsvr.model.scales import motion_scale, time_constants
 from incsvr.model.series import duration, effort_of, period
 from incsvr.numerics import Streams
@@ -168,7 +168,9 @@ def identify(
     begins("finding intervals")
     coarse = halved(model)
     others = [coarse] + ([found.found.fit] if best == "effects" or not found.found.added else [])
-    vehicle = vehicle_of(name, model, intervals(model, others), declared, largest(runs, VELOCITIES))
+    # Nobody knows that there is no damping between axes; where efforts are proportional it passes for inertia.
+    known = hull(intervals(model, others), intervals(engine.crossed(model)))
+    vehicle = vehicle_of(name, model, known, declared, largest(runs, VELOCITIES))
     judged, course, by_itself = NO_ERRORS, None, dict[str, Errors]()
     if validate:
         begins("predicting unseen data")
