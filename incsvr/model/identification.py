@@ -329,3 +329,13 @@ def choose_coriolis(
         if wins and not drives(other):
             best = other
     return plain, best
+
+
+def crossed(found: Fit) -> Fit:
+    """The model with linear damping between the axes of a mirrored body, as far as it does not have it."""
+    known = {row.key for row in found.structure.rows}
+    rows = [row for row in catalogue.cross_damping(coupled_pairs(found.structure.axes)) if row.key not in known]
+    if not rows:
+        return found
+    theta = {**dict.fromkeys((row.key for row in rows), 0.0), **found.theta}
+    return fit(found.structure.plus(rows=rows), theta, found.problem, found.starts)

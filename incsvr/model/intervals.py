@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtrit
@@ -30,6 +30,16 @@ class Interval:
     low: float
     high: float
     moved: float
+
+
+def hull(one: Mapping[str, Interval], other: Mapping[str, Interval]) -> dict[str, Interval]:
+    """The intervals, each as wide as that of another model besides, which no data refuse."""
+    return {
+        name: each
+        if name not in other
+        else replace(each, low=min(each.low, other[name].low), high=max(each.high, other[name].high))
+        for name, each in one.items()
+    }
 
 
 def if_independent(found: Fit) -> Array:

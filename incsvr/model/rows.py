@@ -276,6 +276,11 @@ def free_products(axes: Sequence[str]) -> tuple[Row, ...]:
     )
 
 
+def cross_damping(pairs: Sequence[tuple[str, str]]) -> tuple[Row, ...]:
+    """Linear damping between axes, as Y_r and N_v (Fossen 2011, Eq. 6.85), of which each has a coefficient."""
+    return tuple(row(f"coupling:{b}", a, value(b)) for one, other in pairs for a, b in ((one, other), (other, one)))
+
+
 def restoring(axes: Sequence[str], recorded: Sequence[str]) -> tuple[Row, ...]:
     """Righting moments, and weight less buoyancy, where roll and pitch are recorded (Fossen 2011, Eq. 4.6)."""
     found = []

@@ -17,7 +17,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.coefficients import COEFFICIENT_NAMES
 from incsvr.model import identification as engine
 from incsvr.model.fitting import Fit
-from incsvr.model.intervals import Interval, halved, intervals
+from incsvr.model.intervals import Interval, halved, hull, intervals
 from incsvr.model.scales import motion_scale, time_constants
 from incsvr.model.series import duration, effort_of, period
 from incsvr.numerics import Streams
@@ -168,7 +168,9 @@ def identify(
     begins("finding intervals")
     coarse = halved(model)
     others = [coarse] + ([found.found.fit] if best == "effects" or not found.found.added else [])
-    vehicle = vehicle_of(name, model, intervals(model, others), declared, largest(runs, VELOCITIES))
+    # Nobody knows that there is no damping between axes; where efforts are proportional it passes for inertia.
+    known = hull(intervals(model, others), intervals(engine.crossed(model)))
+    vehicle = vehicle_of(name, model, known, declared, largest(runs, VELOCITIES))
     judged, course, by_itself = NO_ERRORS, None, dict[str, Errors]()
     if validate:
         begins("predicting unseen data")
@@ -184,6 +186,7 @@ def identify(
         *(() if current is None else (current.warning,)),
         *_too_coarse(model, intervals(model, [coarse]), runs),
         *divergences(judged, vehicle.driven),
+        *_beside_lags(vehicle),
     )
     advice = manoeuvres(vehicle)
     identified = Identified(
@@ -221,6 +224,16 @@ def _refusals(axes: Sequence[str]) -> dict[str, str]:
         for axis in AXES.values()
         if axis.name not in axes
     }
+
+
+def _beside_lags(vehicle: Vehicle) -> list[str]:
+    """A sentence on each axis whose inertia only the form of a lag tells apart from that lag."""
+    return [
+        f"the {axis} effort lags by {lag.value:.2g} s, taken as first order: where its propellers lag otherwise the "
+        f"{axis} inertia is off by more than its interval; give the effort that their recorded speeds make"
+        for axis, lag in vehicle.lags.items()
+        if lag.value > 0.0
+    ]
 
 
 def _too_coarse(model: Fit, found: Mapping[str, Interval], runs: Sequence[Streams]) -> list[str]:
