@@ -241,7 +241,7 @@ CASES = {
     ),
     "a command": Case(
         columns_of(slow(13, 0.5)), (*FIT, "--set=signals.torque=measured", "--set=signals.smoothing=0.6"),
-        "the damping curve may be", "--set signals.torque=commanded",
+        "give --set signals.torque=commanded", "--set signals.torque=commanded",
         cures=("command",), drops=("--set=signals.torque=measured",),
     ),
     **{
