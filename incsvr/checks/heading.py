@@ -16,8 +16,6 @@ ZERO_SHARES = {Decision.WARN: 0.02, Decision.PAUSE: 0.04}
 of 0.25 rad/s."""
 ZERO_SIGMAS = 5.0
 """Standard deviations beyond which a zero is believed."""
-ZERO_PARTS = 4
-"""Parts of a batch in each of which a zero must show: one in which the vehicle tilted makes them differ."""
 MIN_TURNED_RAD = 0.5
 """The angle [rad] that the gyro must have turned to and fro for a direction or a unit to be told."""
 MIN_AGREEMENT = 0.7
@@ -33,7 +31,11 @@ MIN_HEADINGS = 5
 """Headings of a batch from which anything is told."""
 
 
-def against_heading(batch: Samples, largest_rate: float) -> list[Finding]:
+def against_heading(
+    batch: Samples,
+    largest_rate: float,
+    parts: int = 4,  # of a batch, in each of which a zero must show: of fewer a deviation says nothing
+) -> list[Finding]:
     """The findings of a measured heading on a batch's yaw rate; none without a heading."""
     if HEADING not in batch.raw:
         return []
@@ -61,10 +63,11 @@ def against_heading(batch: Samples, largest_rate: float) -> list[Finding]:
     each = (gyro - compass) - bias * lasted
     # increments share their ends' errors, which cancel in the sum: the two ends of the batch are what is left
     doubt = root_mean_square(each) * float(np.sqrt(2.0)) / float(lasted.sum())
-    # a zero is the same throughout; a vehicle that tilts, whose angles nobody recorded, turns its heading now more, now
-    # less than its yaw rate says
-    parts = np.array_split(gyro - compass, count := min(ZERO_PARTS, gyro.size // 2))
-    spread = np.std([part.mean() for part in parts], ddof=1) / float(lasted.mean() * np.sqrt(count))
+    # A gyro's zero is the same throughout a batch. A vehicle that tilts, whose angles nobody recorded, turns its
+    # heading now more, now less than its yaw rate says.
+    count = min(parts, gyro.size // 2)
+    means = [part.mean() for part in np.array_split(gyro - compass, count)]
+    spread = np.std(means, ddof=1) / float(lasted.mean() * np.sqrt(count))
     decision = max((d for d, part in ZERO_SHARES.items() if abs(bias) > part * largest_rate), default=Decision.CLEAN)
     if decision and abs(bias) > ZERO_SIGMAS * max(doubt, float(spread)):
         return [

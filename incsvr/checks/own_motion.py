@@ -28,7 +28,7 @@ MIN_INSTANTS, MAX_INSTANTS = 60, 2000
 CERTAIN_DEVIATIONS = 4.0
 """Standard errors by which a coefficient has its sign."""
 RIGHTED_RATES = ("roll_rate", "pitch_rate")
-"""Rates of the axes whose angle turns the vehicle back."""
+"""Rates whose integral is an angle at which weight and buoyancy turn the vehicle back."""
 MIN_EXPLAINED = 0.3
 """Share of an effort that a motion explains at least, to say anything of it."""
 
@@ -170,7 +170,7 @@ def response(streams: Streams, axis: Axis) -> Response | None:
         left.append(fit.left)
         signs.append(fit.certain(0) + np.sign(drag) if fit.left < 1.0 - MIN_EXPLAINED else 0.0)
     best = int(np.argmin(left))
-    told = 0 < best < DELAYS_S.size - 1  # at the ends the motion follows from something else than this effort
+    told = 0 < best < DELAYS_S.size - 1  # the best delay at an end means that another effort moves this axis
     opposed = bool(told and min(signs) == -2.0 and max(signs) < 2.0 and signs[best] == -2.0)
     reach = float(np.max(np.abs(streams[axis.effort][1])))
     return Response(*fits[best], speed, reach, float(DELAYS_S[best]), np.array(left), opposed)

@@ -28,8 +28,9 @@ class InertiaEstimate:
     """The inertia by output error, with its deviation.
 
     Attributes:
-        inertia: I of the plain model, in which what that lacks looks like inertia, too [kg m²].
-        standard_error: of I [kg m²], at least as wide as the two differ; it knows nothing of the limits above.
+        inertia: I of the plain model, to which an effect that this model lacks adds [kg m²].
+        standard_error: of I [kg m²], so large that 1.96 of it contain the interval of `beside`; the limits above come
+            on top.
         rmse: of the plain model's free run on the runs it was fitted to [rad/s].
         effects: that the recordings show, by the engine's names.
         beside, beside_error: I beside these effects, and its standard error [kg m²].

@@ -32,8 +32,8 @@ class Interval:
     moved: float
 
 
-def hull(one: Mapping[str, Interval], other: Mapping[str, Interval]) -> dict[str, Interval]:
-    """The intervals, each as wide as that of another model besides, which no data refuse."""
+def covering(one: Mapping[str, Interval], other: Mapping[str, Interval]) -> dict[str, Interval]:
+    """The intervals `one`, each so wide that it contains the other model's interval of the same parameter, too."""
     return {
         name: each
         if name not in other

@@ -17,7 +17,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.coefficients import COEFFICIENT_NAMES
 from incsvr.model import identification as engine
 from incsvr.model.fitting import Fit
-from incsvr.model.intervals import Interval, halved, hull, intervals
+from incsvr.model.intervals import Interval, covering, halved, intervals
 from incsvr.model.scales import motion_scale, time_constants
 from incsvr.model.series import duration, effort_of, period
 from incsvr.numerics import Streams
@@ -168,8 +168,8 @@ def identify(
     begins("finding intervals")
     coarse = halved(model)
     others = [coarse] + ([found.found.fit] if best == "effects" or not found.found.added else [])
-    # Nobody knows that there is no damping between axes; where efforts are proportional it passes for inertia.
-    known = hull(intervals(model, others), intervals(engine.crossed(model)))
+    # Damping between axes passes for inertia where efforts are proportional, and recordings may not exclude it.
+    known = covering(intervals(model, others), intervals(engine.crossed(model)))
     vehicle = vehicle_of(name, model, known, declared, largest(runs, VELOCITIES))
     judged, course, by_itself = NO_ERRORS, None, dict[str, Errors]()
     if validate:

@@ -35,7 +35,7 @@ class Parameter:
 
     Attributes:
         value: in SI units.
-        low, high: ends of its interval of 95 %, for the scale where that is assumed; the value itself if declared.
+        low, high: ends of its interval of 95 % (at the assumed scale if assumed); both the value if declared.
         origin: estimated, declared, assumed, not excited or bound reached.
     """
 

@@ -28,18 +28,6 @@ MAX_OWN_STEP_SHARE = 0.1
 MAX_MIRROR_SHARE = 0.05
 """The usual step of the middle between both series, in parts of their distance: where it is less, one command goes to
 and fro at every sample."""
-MAX_BURST = 10
-"""Values that a sender sends at most before the other does."""
-MIN_BURST_SHARE = 0.3
-"""Share of the values that lie in bursts of several at least: noise and pulses are none."""
-MIN_REGULAR_SHARE = 0.8
-"""Share of the bursts that are as long as most, within one value, where their levels tell them."""
-MIN_CARRIED_ON = 0.7
-"""Correlation of the way within a burst with that over the pauses about it, from which on the burst carries on."""
-MIN_LEVELS = 4
-"""Changes of level amid a burst at least."""
-MIN_LEVEL_BURST = 4
-"""Values of a burst that shows a change of level at least: noise alone makes two levels of two or three values."""
 MAX_LATE_S = 60.0
 """The time by which a message may come again [s]: what is older is of another clock."""
 HALF_SHARE = 0.4
@@ -72,7 +60,15 @@ def alternates(values: Array, is_velocity: bool = False) -> float | None:
     return min(count / values.size, 0.5)
 
 
-def bursts_alternate(values: Array) -> float | None:
+def bursts_alternate(
+    values: Array,
+    longest: int = 10,  # values that a sender sends before the other does
+    covered: float = 0.3,  # of the values lie in bursts at least: noise and pulses make fewer
+    regular_share: float = 0.8,  # of the bursts are as long as most, within one value, where levels tell them
+    carried: float = 0.7,  # correlation of the way within a burst with that over the pauses about it
+    levels: int = 4,  # changes of level amid bursts: fewer come by chance
+    level_burst: int = 4,  # values of a burst that shows one: noise alone makes two levels of two or three values
+) -> float | None:
     """The share of the second series in values (n,) that come in bursts of two to ten, each series in its turn.
 
     Pulses, limit cycles and steps come back to a value, too. Two things only senders of their own do: a slope within a
@@ -96,9 +92,9 @@ def bursts_alternate(values: Array) -> float | None:
         return found
 
     burst = np.zeros(starts.size, dtype=bool)
-    burst[run] = comes_back(1) & (length[run] > 1) & (length[run] <= MAX_BURST)
+    burst[run] = comes_back(1) & (length[run] > 1) & (length[run] <= longest)
     at = np.flatnonzero(burst)
-    if at.size < MIN_OUTSIDE or length[at].sum() < MIN_BURST_SHARE * values.size:
+    if at.size < MIN_OUTSIDE or length[at].sum() < covered * values.size:
         return None
     middle, far = 0.5 * np.abs(last[at - 1] + first[at]), np.abs(first[at] - last[at - 1])
     if float(np.median(middle)) < MAX_MIRROR_SHARE * float(np.median(far)):
@@ -107,7 +103,7 @@ def bursts_alternate(values: Array) -> float | None:
     within, about = last[one] - first[one], first[one + 2] - last[one] + first[one] - last[one - 2]
     if one.size < MIN_OUTSIDE:
         return None
-    carried_on = np.count_nonzero(within * about) >= MIN_OUTSIDE and float(within @ about) > MIN_CARRIED_ON * float(
+    carried_on = np.count_nonzero(within * about) >= MIN_OUTSIDE and float(within @ about) > carried * float(
         np.linalg.norm(within) * np.linalg.norm(about)
     )
     steps = np.abs(np.delete(np.diff(values), edges - 1))
@@ -120,8 +116,8 @@ def bursts_alternate(values: Array) -> float | None:
         & ~burst[run]
         & ~burst[run + 1]
     )
-    regular = usual >= MIN_LEVEL_BURST and float(np.mean(np.abs(length[at] - usual) <= 1.0)) > MIN_REGULAR_SHARE
-    if carried_on or (regular and np.count_nonzero(amid) >= MIN_LEVELS):
+    regular = usual >= level_burst and float(np.mean(np.abs(length[at] - usual) <= 1.0)) > regular_share
+    if carried_on or (regular and np.count_nonzero(amid) >= levels):
         return min(float(length[at].sum()) / values.size, 0.5)
     return None
 

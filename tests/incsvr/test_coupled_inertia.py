@@ -9,10 +9,9 @@ from incsvr.numerics import Array, Streams
 from incsvr.vehicle import identify
 
 MASS: Array = np.array([[140.0, 0.0, 0.0], [0.0, 330.0, 60.0], [0.0, 60.0, 180.0]])
-"""Of surge, sway and yaw [kg], [kg m], [kg m²]."""
+"""The mass matrix of surge, sway and yaw [kg], [kg m], [kg m²]."""
 DRAG: Array = np.array([[30.0, 0.0, 0.0], [0.0, 90.0, 20.0], [0.0, 10.0, 160.0]])
-"""By the velocities [N s/m], [N s], [N m s]."""
-
+"""The damping matrix of the same axes [N s/m], [N s], [N m s]."""
 
 TRUE = {("surge", "surge"): 140.0, ("sway", "sway"): 330.0, ("yaw", "yaw"): 180.0, ("sway", "yaw"): 60.0}
 

@@ -38,7 +38,7 @@ def fit(capsys: pytest.CaptureFixture[str], logs: tuple[str, str], *words: str) 
 def test_the_few_samples_of_slow_motion_tell_that_the_filter_is_too_slow(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, seed: int
 ) -> None:
-    """Of 290 samples 25 are slow, and half of these swing: N_r was 1.7 (0.9 to 2.5) for 0.6."""
+    """A log of 290 samples has 25 slow ones, half of which swing; `fit` found N_r = 1.7 (0.9 to 2.5) for 0.6 in it."""
     write(tmp_path / "run.csv", slow(seed, 0.05, duration=30.0))
     assert main(["fit", str(tmp_path / "run.csv"), "--inertia", "0.6", "--json", "-"]) == 0
     linear = json.loads(capsys.readouterr().out)["coefficients"]["N_r"]

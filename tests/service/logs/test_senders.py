@@ -195,7 +195,7 @@ def test_senders_by_turns_of_commands_that_hold(values: int) -> None:
 @pytest.mark.parametrize("values", range(3, 11))
 @pytest.mark.parametrize("noise", [0.0, 0.02, 0.1])
 def test_pulses_are_of_one_sender(values: int, noise: float) -> None:
-    """Of one size, of drawn sizes, of sizes that go slowly; the rate that follows them; in levels."""
+    """Pulses have one size, drawn sizes, or sizes that go slowly; a rate follows them, as it is and in levels."""
     rng, pulse = np.random.default_rng(650_005), np.arange(TIME.size) // values
     told = noise * rng.standard_normal(TIME.size)
     for size in (np.ones(TIME.size), rng.uniform(0.3, 1.0, 601)[pulse], 1.0 + 0.6 * np.sin(0.15 * pulse)):
