@@ -16,7 +16,7 @@ from incsvr.model.predictor import Predictor, frequencies, predictor
 from incsvr.model.rivals import excluded_free_runs
 from incsvr.model.rows import Row, free_products, mirrored
 from incsvr.model.scales import coarse_period, fastest, motion_scale, step_of, time_constants
-from incsvr.model.search import Found, drives, search
+from incsvr.model.search import Found, drives, is_clear, search
 from incsvr.model.series import duration, effort_of, period, values
 from incsvr.model.start import start
 from incsvr.model.structure import Structure
@@ -300,8 +300,8 @@ def _as_cut(model: Fit, runs: Sequence[Streams], structure: Structure) -> Window
 def choose_coriolis(
     plain: Fit,
     runs: Sequence[Streams],
-    deviations: float = 3.0,  # by which a rival of C(M) has to win, because C(M) is the hypothesis
-    share: float = 0.75,  # of the folds in which it has to win
+    enough: float = 12.0,  # of the logarithm of the likelihood, as of an effect
+    agreeing: float = 0.875,  # of the folds, more than of an effect, because C(M) is the hypothesis
     *,
     say: Callable[[str], None] = lambda _: None,
 ) -> tuple[Fit, Fit]:
@@ -325,8 +325,7 @@ def choose_coriolis(
     for label, other in rivals.items():
         reached = gain(base - left_out(other), plain.problem.windows)
         say(f"{label} in place of C(M): {reached}")
-        wins = reached.deviations >= deviations and reached.agreeing >= share and other.value < best.value
-        if wins and not drives(other):
+        if is_clear(reached, enough, agreeing) and other.value < best.value and not drives(other):
             best = other
     return plain, best
 

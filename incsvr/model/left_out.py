@@ -19,13 +19,11 @@ class Gain:
 
     Attributes:
         total: of the logarithm of the likelihood.
-        deviations: the total in its own standard deviations, over blocks of windows.
         rest: the total without the two best blocks: what is left of a gain that a few blocks made.
         agreeing: share of the folds in which it gains.
     """
 
     total: float
-    deviations: float
     rest: float
     agreeing: float
 
@@ -105,8 +103,6 @@ def gain(by_window: Array, windows: Windows) -> Gain:
     """The gain from (windows,) that of each window."""
     block, fold = blocks(windows), folds(windows)
     by_block, by_fold = np.bincount(block, by_window), np.bincount(fold, by_window)
-    n = by_block.size
-    deviation = np.sqrt(np.sum((by_block - by_block.mean()) ** 2) * n / max(n - 1, 1)) + 1e-12
     present = np.bincount(fold) > 0
     total, best = float(by_block.sum()), float(np.sort(by_block)[-2:].sum())
-    return Gain(total, total / float(deviation), total - best, float(np.mean(by_fold[present] > 0.0)))
+    return Gain(total, total - best, float(np.mean(by_fold[present] > 0.0)))

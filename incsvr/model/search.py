@@ -308,10 +308,10 @@ def _fitted(candidate: Candidate, found: Fit) -> Fit:
 
 def _gains(found: Fit, new: Fit, enough: float) -> bool:
     """Whether a fit predicts excluded windows clearly better, each by the fit without its fold."""
-    return _is_clear(gain(left_out(found) - left_out(new), found.problem.windows), enough)
+    return is_clear(gain(left_out(found) - left_out(new), found.problem.windows), enough)
 
 
-def _is_clear(one: Gain, enough: float, agreeing: float = 0.75) -> bool:
+def is_clear(one: Gain, enough: float, agreeing: float = 0.75) -> bool:
     """Whether a gain on excluded windows is more than chance, and not that of a few of them: an effect that acts rarely
     has it from some of the blocks, what is no effect from one or two, and `agreeing` of the folds say the same."""
     return one.rest >= enough and one.agreeing >= agreeing
@@ -322,7 +322,7 @@ def convincing(weighed: Iterable[tuple[Candidate, Evidence]], enough: float = 12
     return [
         (evidence, each)
         for evidence, each in _promising(weighed, enough)
-        if _is_clear(evidence.excluded, needed(each, enough)) and evidence.sure >= 4.0
+        if is_clear(evidence.excluded, needed(each, enough)) and evidence.sure >= 4.0
     ]
 
 
