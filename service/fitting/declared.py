@@ -132,8 +132,8 @@ def estimate_remarks(estimate: InertiaEstimate, closed_loop: bool, words: AxisWo
     if estimate.effects:
         shown = " and ".join(dict.fromkeys(contract_name(each) for each in estimate.effects))
         said.append(
-            f"the recordings show {shown}: beside that {words.inertia} is {estimate.beside:.3g} ± "
-            f"{1.96 * estimate.beside_error:.2g} {words.inertia_unit}; the model here replaces it by {words.inertia}"
+            f"the recordings show {shown}, which this model replaces by {words.inertia}: beside it "
+            f"{words.inertia_symbol} is {estimate.beside:.3g} ± {1.96 * estimate.beside_error:.2g} {words.inertia_unit}"
         )
     return said
 
