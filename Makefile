@@ -9,7 +9,7 @@ unexport PYTHONDONTWRITEBYTECODE
 STUDIES := paper speed sensors quiet thrust trace missions live vehicles whole_vehicle dives control hold
 .PHONY: demo test test-all lint docs bench table1 $(STUDIES) pictures tutorials clean
 
-demo: .venv/ready  ## the main job, end to end, in ten minutes or so
+demo: .venv/ready  ## the main job, end to end, in a quarter of an hour
 	$(BIN)/incsvr demo
 
 # A file's tests run in one process: what they share is made once.
