@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,11 +15,14 @@ from incsvr.errors import BadInput
 from service import wire
 from service.learner.feedforward_reply import feedforward_reply
 from service.learner.node import LearnerNode
+from service.wire.questions import MAX_PLAN_VALUES
 from tests.hidden import BIAS, LAG, recording, write_trace
 from tests.service.conftest import PATIENCE, Bench, StartBench, Taught, configured
 from tests.whole_vehicle import MASS as BODY_MASS
 from tests.whole_vehicle import whole_vehicle
 
+MAX_HEALTH_S = 1.0
+"""Longest wait for health [s] while plans are answered; it is 0.1 s on a quiet machine."""
 PLAN = {"t": [0.0, 10.0, 20.0], "rate": [0.0, 0.1, 0.1]}
 
 
@@ -37,6 +42,22 @@ def test_it_is_inertia_and_damping_of_the_served_model(taught: Taught) -> None:
     assert (found.revision, found.lead_s, found.told, found.effects) == (served.revision, 0.0, (), {})
     fast = asked(taught.bench, {"t": [0.0, 10.0], "rate": [0.0, 0.4]})
     assert any("not learned but extrapolated" in sentence for sentence in fast.told)
+
+
+def test_a_long_plan_keeps_nobody_waiting(taught: Taught) -> None:
+    seconds = np.linspace(0.0, 2000.0, MAX_PLAN_VALUES)
+    plan = {"t": seconds.tolist(), "rate": (0.1 * np.sin(0.1 * seconds)).tolist()}
+    answers: list[wire.FeedforwardReply] = []
+    askers = [threading.Thread(target=lambda: answers.append(asked(taught.bench, plan))) for _ in range(5)]
+    for asker in askers:
+        asker.start()
+    waits = []
+    while any(asker.is_alive() for asker in askers) or len(waits) < 3:
+        began = time.monotonic()
+        taught.bench.health()
+        waits.append(time.monotonic() - began)
+    assert [len(answer.torque) for answer in answers] == [MAX_PLAN_VALUES] * 5
+    assert max(waits) < MAX_HEALTH_S
 
 
 def test_effects_in_force_are_in_it(start: StartBench, tmp_path: Path) -> None:
