@@ -99,7 +99,7 @@ class Compensation:
         """How long before an instant the streams count [s]."""
         axis, constants = self.model.axis, [0.0]
         for effect in self.model.effects:
-            constants += [effect.value("lag", axis) or 0.0]
+            constants += [effect.value(kind, axis) or 0.0 for kind in ("lag", "spin")]
             constants += [effect.value("time", row.key) or 0.0 for row in effect.rows if row.follows]
         return MARGIN_CONSTANTS * max(constants)
 

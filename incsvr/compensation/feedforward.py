@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from incsvr.compensation.effects_in_force import FOLLOWED_BY_LEARNING, INERTIA, Compensation
 from incsvr.errors import BadInput
-from incsvr.model.efforts import Stage, lagged
+from incsvr.model.efforts import Stage, lagged, root
 from incsvr.model.structure import STAGES
 from incsvr.numerics import Array
 from incsvr.plant.axes import stream_of
@@ -223,6 +223,11 @@ def _moment(model: TracedModel, plan: Plan, rest: Array) -> tuple[Array, dict[st
     return needed, of_inertia | {name: np.broadcast_to(each, plan.time.shape) for name, each in taken.items()}
 
 
+def _ahead(value: Array, constant: float, time: Array) -> Array:
+    """(n,) what a first-order lag with this time constant [s] makes the value of."""
+    return value + constant * (np.gradient(value, time) if value.size > 1 else 0.0)
+
+
 def _at_rest(needed: Array, stage: Stage) -> Array:
     """The moment that is needed: a stage that shapes the thrust is undone afterwards."""
     return needed
@@ -242,7 +247,10 @@ def _command(
             if value is None:
                 continue
             if kind == "lag":
-                command = thrust + value * (np.gradient(thrust, plan.time) if thrust.size > 1 else 0.0)
+                command = _ahead(thrust, value, plan.time)
+            elif kind == "spin":
+                speed = _ahead(root(thrust), value, plan.time)
+                command = speed * np.abs(speed)
             else:
                 stage = Stage(**{kind: value})
                 command = stage.undone(thrust, model.top)

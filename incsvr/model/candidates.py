@@ -15,7 +15,7 @@ from incsvr.model.windows import Windows
 
 CURVE = "bend:"
 """The begin of the names of what is another curve of damping."""
-SHAPES = {"dead": "gap", "gap": "dead", "limit": "sag", "sag": "limit"}
+SHAPES = {"dead": "gap", "gap": "dead", "limit": "sag", "sag": "limit", "lag": "spin", "spin": "lag"}
 """Stages that are one effect in two shapes, of which one acts at most."""
 
 
@@ -112,7 +112,7 @@ def other_shape(name: str) -> str:
 def scales_thrust(name: str) -> bool:
     """Whether an effect changes what an effort does, so that an effort that is mostly noise cannot show it."""
     kind = name.partition("@")[0]
-    stages = ("inertia", "dead", "gap", "exponent", "limit", "sag", "reverse", "inflow", "lag", "delay")
+    stages = ("inertia", "dead", "gap", "exponent", "limit", "sag", "reverse", "inflow", "lag", "spin", "delay")
     return kind in stages or kind.startswith("thrust_") or kind.endswith(":thrust")
 
 
@@ -154,6 +154,7 @@ def _of_stages(structure: Structure, axis: str, windows: Windows) -> Iterator[Ca
     beat = period(windows.runs, axis)
     starts: dict[str, Sequence[float]] = {
         "lag": [np.log(beats * beat) for beats in (0.5, 1.0, 2.0, 4.0)],
+        "spin": [np.log(beats * beat) for beats in (0.5, 1.0, 2.0, 4.0)],
         "dead": [np.log(share * top) for share in (0.03, 0.1, 0.3)],
         "gap": [np.log(share * top) for share in (0.1, 0.2, 0.4)],
         "limit": [np.log(share * top) for share in (0.9, 0.7, 0.5)],
@@ -168,5 +169,5 @@ def _of_stages(structure: Structure, axis: str, windows: Windows) -> Iterator[Ca
         if kind not in have:
             more = structure.plus(stages=[(kind, axis)])
             for at in each:
-                one_sided = kind in ("lag", "dead", "gap", "limit", "sag")
+                one_sided = kind in ("lag", "spin", "dead", "gap", "limit", "sag")
                 yield Candidate(f"{kind}@{axis}", more, {f"{kind}:{axis}": float(at)}, one_sided=one_sided)

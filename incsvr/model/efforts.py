@@ -33,7 +33,8 @@ class Stage:
         sag: saturation that sets in by and by: the effort to which the one that acts bends [effort].
         reverse: thrust astern as a share of the thrust ahead at the same demand.
         shift: dead time [s]; negative where the effort's stamps are late.
-        lag: time constant of the actuators [s].
+        spin: time constant of rotors whose speed lags and whose thrust goes with its square [s].
+        lag: time constant of actuators whose thrust lags [s].
     """
 
     exponent: float | None = None
@@ -43,6 +44,7 @@ class Stage:
     sag: float | None = None
     reverse: float | None = None
     shift: float = 0.0
+    spin: float | None = None
     lag: float | None = None
 
     def static(self, effort: Array, top: float) -> Array:
@@ -88,11 +90,21 @@ def means(stream: Stream, edges: Array, way: str, stage: Stage, top: float) -> A
     t, u = stream
     step = float(edges[1] - edges[0])
     mean = np.asarray(np.diff(_integral(t, stage.static(u, top), way)(edges - stage.shift)) / step)
-    if stage.lag is None or stage.lag <= 0.0:
-        return mean
-    share = step / stage.lag
+    if stage.spin is not None and stage.spin > 0.0:
+        speed = _late(root(mean), step / stage.spin)
+        mean = speed * np.abs(speed)
+    return mean if stage.lag is None or stage.lag <= 0.0 else _late(mean, step / stage.lag)
+
+
+def _late(mean: Array, share: float) -> Array:
+    """(n,) means over steps of a first-order lag's state, at rest on the first value; `share` is step / constant."""
     before = lagged(mean, share)
     return np.asarray(mean + (before - mean) * (-np.expm1(-share) / share))
+
+
+def root(effort: Array) -> Array:
+    """A rotor's speed, in the root of its thrust's unit."""
+    return np.asarray(np.sign(effort) * np.sqrt(np.abs(effort)))
 
 
 def lagged(value: Array, share: float) -> Array:

@@ -149,9 +149,10 @@ def _opposite(found: Fit, added: Sequence[Added]) -> list[Added]:
     """A lag and a delay of an effort that together are late by less than half of its period."""
     named, result = {each.name: each for each in added}, list[Added]()
     for axis in found.structure.driven:
-        pair = [named[name] for name in (f"lag@{axis}", f"delay@{axis}") if name in named]
+        pair = [named[name] for name in (f"lag@{axis}", f"spin@{axis}", f"delay@{axis}") if name in named]
         if len(pair) == 2:
-            late = float(np.exp(found.theta[f"lag:{axis}"])) + found.theta[f"shift:{axis}"]
+            kind = pair[0].name.partition("@")[0]
+            late = float(np.exp(found.theta[f"{kind}:{axis}"])) + found.theta[f"shift:{axis}"]
             result += pair if abs(late) < 0.5 * period(found.problem.windows.runs, effort_of(axis)) else []
     return result
 
@@ -205,7 +206,8 @@ def _trials(
     most = fitted if len(axes) == 1 else 2
     looked = [one for axis in axes for one in _of_axis(first.values(), axis)[:most]]
     known = {one[1].name for one in looked}
-    hidden = ("inertia@", "lag@") if len(axes) == 1 else ("inertia@",)  # most of their gain, by the colour before them
+    # The colour that the errors have without these hides most of their gain.
+    hidden = ("inertia@", "lag@", "spin@") if len(axes) == 1 else ("inertia@",)
     others = {
         each.name: (evidence, each)
         for each, evidence in sorted(beside, key=lambda one: one[1].excluded.total)

@@ -17,9 +17,9 @@ from incsvr.numerics import Array
 
 Theta = Mapping[str, float]
 """The parameters' values by name."""
-LOGARITHMS = ("lag", "drift", "fade", "limit", "sag", "dead", "gap", "reverse", "exponent", "time")
+LOGARITHMS = ("lag", "spin", "drift", "fade", "limit", "sag", "dead", "gap", "reverse", "exponent", "time")
 """Parameters that are positive by nature, whose logarithms are in θ, like those of the masses on the diagonal of M."""
-STAGES = ("exponent", "dead", "gap", "limit", "sag", "reverse", "lag")
+STAGES = ("exponent", "dead", "gap", "limit", "sag", "reverse", "spin", "lag")
 """Stages of an effort, in the order in which it passes them."""
 
 OF_PREDICTOR = ("gain", "drift", "fade")

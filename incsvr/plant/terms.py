@@ -84,7 +84,7 @@ def mass_unit(one: str, other: str) -> str:
     return ("kg m²", "kg m", "kg")[AXES[one].along + AXES[other].along]
 
 
-STAGE_UNITS = {"exponent": "1", "reverse": "1", "delay_s": "s"}
+STAGE_UNITS = {"exponent": "1", "reverse": "1", "delay_s": "s", "rotor_lag_s": "s"}
 """Units of the stages of an axis's thrust that are no efforts."""
 
 

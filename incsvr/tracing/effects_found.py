@@ -144,6 +144,7 @@ def _finding(
         next_manoeuvre=next_manoeuvre(name, others, words),
         sentence=sentence(name, parameters, spans, share, words),
         thrust=_thrust(name, parameters, spans, traced.found.models[PLAIN], other),
+        shape=word_of(name).shape,
     )
 
 

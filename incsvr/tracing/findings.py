@@ -36,6 +36,7 @@ class Finding:
         sentence: for people.
         thrust: of an effect between command and thrust, at commands up to the largest either way, rounded up: command,
             thrust and the ends of its 95 % interval [N m].
+        shape: which of the shapes of an effect that has several; empty for its usual one.
     """
 
     effect: str
@@ -48,6 +49,7 @@ class Finding:
     next_manoeuvre: str
     sentence: str
     thrust: tuple[tuple[float, float, float, float], ...] = ()
+    shape: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         return {
@@ -61,6 +63,7 @@ class Finding:
             "next_manoeuvre": self.next_manoeuvre,
             "sentence": self.sentence,
             **({"thrust_nm": [list(each) for each in self.thrust]} if self.thrust else {}),
+            **({"shape": self.shape} if self.shape else {}),
         }
 
 

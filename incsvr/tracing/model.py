@@ -110,7 +110,8 @@ class TracedModel:
         the traced one."""
         own, theta = {row.key for row in plain.rows}, self.theta
         rows = {row.key: row for effect in self.effects for row in effect.rows if row.key not in own}
-        more = plain.plus(tuple(rows.values()), [("lag", self.axis)] if f"lag:{self.axis}" in theta else [])
+        lags = [(kind, self.axis) for kind in ("spin", "lag") if f"{kind}:{self.axis}" in theta]
+        more = plain.plus(tuple(rows.values()), lags)
         given = {**plain.given, self.axis: math.log(self.whole_inertia)} if plain.given else plain.given
         late = {self.axis: NO_PRIOR} if f"shift:{self.axis}" in theta else {}
         return replace(more, given=given, shift_priors={**plain.shift_priors, **late})

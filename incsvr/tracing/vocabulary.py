@@ -50,6 +50,7 @@ class Word:
             widths.
         ties: names of what no recording distinguishes from it.
         apart: what does.
+        shape: which of the shapes of an effect that has several; empty for its usual one.
     """
 
     effect: str
@@ -61,6 +62,7 @@ class Word:
     unsure: Unsure = field(default=nothing_unsure)
     ties: tuple[str, ...] = ()
     apart: str = "measure one of the two by other means (a bollard pull, a pendulum test)"
+    shape: str = ""
 
 
 def word_of(name: str) -> Word:
@@ -96,6 +98,9 @@ _THRUST, _MOTION, _HEADING, _CLOCK, _CHANNEL = ("torque",), ("yaw_rate",), ("hea
 _PRODUCT = "the product of two velocities {drives} the vehicle: Coriolis and centripetal terms, Munk moment, and lift"
 _BOTH_SIGNS = "both velocities together, each with both signs if it has them"
 
+ROTOR_SPEED = "rotor speed"
+"""The shape of a lag of the rotors' speed, whose square the thrust follows."""
+
 WORDS: dict[str, Word] = {
     "bias_torque": Word(
         "bias_torque", (), of_row("moment_nm", "bias_torque", -1.0),
@@ -115,6 +120,13 @@ WORDS: dict[str, Word] = {
         "the thrust follows the command with first-order rotor dynamics of time constant T",
         "sudden changes of the command", ties=("gyro_lag",), apart="log the gyro raw, without its filter",
     ),
+    "spin": Word(
+        "torque_lag", _THRUST, of_stage("time_constant_s", "spin"),
+        "T ṅ + n = sgn(τ) √|τ|, a = n |n|",
+        "the speed n of the rotors follows the command with time constant T, and the thrust goes with its square",
+        "sudden changes of the command", ties=("gyro_lag",), apart="log the gyro raw, without its filter",
+        shape=ROTOR_SPEED,
+    ),
     "delay": Word(
         "torque_delay", _THRUST, delay_values,
         "a(t) = τ(t − D)",
@@ -132,6 +144,7 @@ WORDS: dict[str, Word] = {
         "a = 0 for |τ| < w, a = τ otherwise",
         "the thrusters have a dead band: they give nothing while the commanded {moment} is small, and all of it beyond",
         "small commands within the band, beside larger ones",
+        shape="step",
     ),
     "reverse": Word(
         "torque_asymmetry", _THRUST, of_stage("reverse_efficiency", "reverse"),
@@ -148,6 +161,7 @@ WORDS: dict[str, Word] = {
         "torque_saturation", _THRUST, of_stage("limit_nm", "sag"),
         "a = τ / (1 + |τ/L|³)^⅓", "the thrust falls short by and by and bends to a limit L",
         "commands near the limit and beyond, beside smaller ones",
+        shape="bend",
     ),
     "exponent": Word(
         "thrust_curve", _THRUST, of_stage("exponent", "exponent"),

@@ -9,7 +9,10 @@ from incsvr.plant.terms import AXES_BY_RATE, Term, term
 
 DOWN = {"surge": "down_x", "sway": "down_y", "heave": "down_z", "roll": "down_y", "pitch": "down_x"}
 """The part of the downward direction that acts along an axis, or rights the vehicle about it."""
-STAGES = {"dead": "dead_zone", "limit": "limit", "exponent": "exponent", "reverse": "reverse", "shift": "delay_s"}
+STAGES = {
+    "dead": "dead_zone", "limit": "limit", "exponent": "exponent", "reverse": "reverse", "spin": "rotor_lag_s",
+    "shift": "delay_s",
+}  # fmt: skip
 """Stages of an effort in a vehicle file, by their names in the engine."""
 FULL = "full_effort"
 """The effort at which a thrust curve with an exponent gives what is demanded; it is in the file beside the exponent."""

@@ -228,10 +228,12 @@ def _refusals(axes: Sequence[str]) -> dict[str, str]:
 
 def _beside_lags(vehicle: Vehicle) -> list[str]:
     """A sentence on each axis whose inertia only the form of a lag tells apart from that lag."""
+    lags = [(axis, "effort lags", lag) for axis, lag in vehicle.lags.items()]
+    lags += [(axis, "rotors lag", lag) for axis, lag in vehicle.rotor_lags.items()]
     return [
-        f"the {axis} effort lags by {lag.value:.2g} s, taken as first order: where its propellers lag otherwise the "
+        f"the {axis} {late} by {lag.value:.2g} s, taken as first order: where its propellers lag otherwise the "
         f"{axis} inertia is off by more than its interval; give the effort that their recorded speeds make"
-        for axis, lag in vehicle.lags.items()
+        for axis, late, lag in lags
         if lag.value > 0.0
     ]
 

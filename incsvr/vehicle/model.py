@@ -16,7 +16,7 @@ from incsvr.model.windows import cut
 from incsvr.numerics import Array, Stream, Streams
 from incsvr.plant.axes import AXES, VELOCITIES
 from incsvr.plant.terms import BEND, COULOMB, LINEAR, QUADRATIC, RIGHTING, WEIGHT, Term, term
-from incsvr.vehicle.equation import rates, row_of, static_stage
+from incsvr.vehicle.equation import STAGES, rates, row_of, static_stage
 from incsvr.vehicle.runs import is_held
 
 ESTIMATED, DECLARED, ASSUMED = "estimated", "declared", "assumed"
@@ -108,6 +108,12 @@ class Vehicle:
         inverse = np.linalg.inv(self.mass_matrix[np.ix_(self.rows, self.rows)])
         return float((slope[self.rows] * np.diag(inverse)).max(initial=0.0))
 
+    @property
+    def rotor_lags(self) -> dict[str, Parameter]:
+        """Time constants of the lags of the rotors' speeds [s] by axis."""
+        kind = STAGES["spin"]
+        return {axis: of[kind] for axis, of in self.thrust.items() if kind in of}
+
     def equation(self) -> tuple[Structure, dict[str, float]]:
         """The model for the engine, without the static stages of its thrust, and its parameters' values by name."""
         rows = {each: row_of(each) for each in self.terms}
@@ -120,16 +126,18 @@ class Vehicle:
             if {*pair} <= {*self.axes}
         }
         delays = {AXES[axis].rate: of["delay_s"].value for axis, of in self.thrust.items() if "delay_s" in of}
+        lags = {("lag", AXES[axis].rate): lag.value for axis, lag in self.lags.items() if lag.value > 0.0}
+        lags |= {("spin", AXES[axis].rate): lag.value for axis, lag in self.rotor_lags.items() if lag.value > 0.0}
         structure = Structure(
             rates(self.axes), rates(self.driven), tuple(rows.values()), True,
             tuple((a, b) for a, star, b in (name.partition("*") for name in mass) if star),
-            tuple(("lag", AXES[axis].rate) for axis, lag in self.lags.items() if lag.value > 0.0),
+            tuple(lags),
             {name: value if "*" in name else float(np.log(value)) for name, value in mass.items()},
             shift_priors=dict.fromkeys(delays, NO_PRIOR),
             channels=(*measured, *(("roll", "pitch") if self._tilts else ())),
         )  # fmt: skip
         theta = {row.key: self.terms[each].value for each, row in rows.items()}
-        theta |= {f"lag:{AXES[axis].rate}": float(np.log(lag.value)) for axis, lag in self.lags.items() if lag.value}
+        theta |= {f"{kind}:{rate}": float(np.log(lag)) for (kind, rate), lag in lags.items()}
         return structure, theta | {f"shift:{rate}": delay for rate, delay in delays.items()}
 
     def acting(self, effort: Stream, axis: str) -> Stream:

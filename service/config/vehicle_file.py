@@ -92,6 +92,7 @@ class Thrust(Part):
     dead_zone: TimeConstant | None = None
     limit: Share | None = None
     reverse: TimeConstant | None = None
+    rotor_lag_s: TimeConstant | None = None
     delay_s: TimeConstant | None = None
 
     @model_validator(mode="after")
@@ -154,6 +155,8 @@ class Entries(Part):
         for axis, lag in self.thrust_lag_s.items():
             lag.in_unit(f"thrust_lag_s.{axis}", "s")
         for axis, thrust in self.thrust.items():
+            if thrust.rotor_lag_s is not None and axis in self.thrust_lag_s:
+                raise ValueError(f"{axis} lags twice, by thrust_lag_s and by rotor_lag_s, two shapes of one: keep one")
             for name, stage in thrust:
                 if stage is not None:
                     stage.in_unit(f"thrust.{axis}.{name}", stage_unit(axis, name))
@@ -218,7 +221,8 @@ HEAD = f"""\
 # bias 1; coulomb:w tanh(ν/w); coulomb_asymmetry:w tanh²(ν/w); bend:w the part of ν beyond ± w;
 # righting sin φ cos θ (roll), sin θ (pitch); weight: minus the downward direction.
 # thrust: stages that an effort passes before its lag, in this order: exponent p, u → u₀ (u/u₀)ᵖ with u₀ the
-# full_effort; dead_zone [N], [N m]; limit; reverse, the share that thrust astern has of thrust ahead; delay_s.
+# full_effort; dead_zone [N], [N m]; limit; reverse, the share that thrust astern has of thrust ahead; delay_s; and
+# rotor_lag_s, in place of a lag of the thrust: the rotors' speed n lags, T dn/dt + n = √u, and the thrust is n|n|.
 # doubts: why predictions, parameters or intervals may be wrong; an export repeats them.
 # beaten_by: zero or hold, where no motion, or the first velocity kept, predicts unseen data better than the model.
 # learners: what `incsvr serve --vehicle FILE` learns, in the names of config.yaml; change it as you like.

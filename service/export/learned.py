@@ -19,7 +19,9 @@ from incsvr.learning.coefficients import COEFFICIENT_NAMES, Interval, coefficien
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.terms import BIAS, LINEAR, QUADRATIC, REVERSE, Term, mass_unit
+from incsvr.tracing.vocabulary import ROTOR_SPEED
 from incsvr.vehicle import Parameter, Vehicle
+from incsvr.vehicle.equation import STAGES
 from service.wire import ModelSnapshot
 from service.wire.json_text import read_json
 
@@ -82,9 +84,12 @@ class Learned:
         if bias := found.get(("bias_torque", "moment_nm")):
             terms[Term(axis, BIAS)] = Parameter(-bias.estimate, -bias.high, -bias.low)
         lag = found.get(("torque_lag", "time_constant_s"))
+        lags = {} if lag is None else {axis: Parameter(*lag)}
+        of_rotors = any(each["effect"] == "torque_lag" and each.get("shape") == ROTOR_SPEED for each in self.effects)
+        thrust = {axis: {STAGES["spin"]: lags.pop(axis)}} if of_rotors else {}
         fastest = np.where(np.array(list(AXES)) == axis, np.abs(self.rate).max(), 0.0)
-        mass, lags = {(axis, axis): Parameter(*self.inertia)}, {} if lag is None else {axis: Parameter(*lag)}
-        return Vehicle(self.source, (axis,), (axis,), mass, terms, lags, fastest, self._doubts())
+        mass = {(axis, axis): Parameter(*self.inertia)}
+        return Vehicle(self.source, (axis,), (axis,), mass, terms, lags, fastest, self._doubts(), thrust)
 
     def figures(self) -> Iterator[tuple[str, Interval, str]]:
         """The figures by name, with their units."""
@@ -216,4 +221,5 @@ def _effect(found: Mapping[str, Any]) -> Mapping[str, Any]:
         if isinstance(value, int | float) and math.isfinite(value)
     }
     rivals = list(found.get("cannot_tell_from") or ())
-    return {"effect": found["effect"], "parameters": parameters, "cannot_tell_from": rivals}
+    named = {"effect": found["effect"], "parameters": parameters, "cannot_tell_from": rivals}
+    return named | ({"shape": found["shape"]} if "shape" in found else {})

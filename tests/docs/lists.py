@@ -159,8 +159,8 @@ def _rows(parser: Parser) -> dict[str, str]:
 
 KINDS_OF_EFFECT = {
     "Thrusters": (
-        "lag", "delay", "dead", "gap", "reverse", "limit", "sag", "thrust_step", "thrust_drift", "exponent",
-        "thrust_speed", "modulation:thrust",
+        "lag", "spin", "delay", "dead", "gap", "reverse", "limit", "sag", "thrust_step", "thrust_drift",
+        "exponent", "thrust_speed", "modulation:thrust",
     ),
     "Inertia and damping": ("inertia", "drag_drift", "drag_step", "modulation"),
 }  # fmt: skip
@@ -185,7 +185,7 @@ def _effect(kind: str, word: Word) -> str:
     parameters = ", ".join(f"`{name}`" for name in word.parameters(_Ones(), HERE))
     name = word.effect.format(of=OF.get(kind, "CHANNEL"))
     what = f"{_capital(word.sentence)}.<br>{word.equation}<br>{parameters}; needs {YAW_WORDS.fill(word.shown_by)}"
-    return f"- `{name}`: {what}"
+    return f"- `{name}`{f' (`shape: {word.shape}`)' if word.shape else ''}: {what}"
 
 
 class _Ones(dict[str, Any]):

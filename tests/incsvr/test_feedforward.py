@@ -55,13 +55,14 @@ def driven(found: Feedforward, *effects: Effect, **channels: Array) -> Array:
         stage("torque_asymmetry", "reverse", 0.75),
         stage("thrust_curve", "exponent", 1.8),
         lag(0.5),
+        stage("torque_lag", "spin", 0.4),
         stage("torque_delay", "shift", 0.3),
         acting("inflow", Factor("value", "yaw_rate"), Factor("root", "torque"), value=3.0),
         acting("coulomb", Factor("sign", "yaw_rate", 0.02), value=1.5),
         memory(4.0, 3.0),
         acting("modulation:voltage", Factor("about", "voltage", 16.0), Factor("value", "torque"), value=-0.1),
     ],
-    ids=lambda effect: effect.name,
+    ids=lambda effect: " ".join((effect.name, *effect.theta)),
 )
 def test_each_effect_is_inverted(effect: Effect) -> None:
     channels = {"voltage": 16.0 - 0.05 * TIME} if ":" in effect.name else {}

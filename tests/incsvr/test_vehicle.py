@@ -68,13 +68,23 @@ def test_every_row_of_the_engine_moves_a_vehicle_file_alike(tied: bool, tmp_path
     assert restoring(VELOCITIES, ("roll", "pitch"))[0].key in {each.key for each in rows}
     structure = replace(
         plain, rows=rows, tied=tied, coupled=(("surge", "pitch_rate"),), shift_priors={},
-        stages=(("dead", "surge"), ("limit", "yaw_rate"), ("reverse", "heave"), ("lag", "sway"), ("exponent", "sway")),
+        stages=(
+            ("dead", "surge"), ("limit", "yaw_rate"), ("reverse", "heave"), ("lag", "sway"), ("exponent", "sway"),
+            ("spin", "roll_rate"),
+        ),
         ways=dict.fromkeys(plain.driven, "hold"),
     )  # fmt: skip
     theta = {name: float(rng.normal(0.0, 0.1)) for name in structure.names}
     theta |= {f"mass:{axis}": np.log(m) for axis, m in zip(VELOCITIES, (20.0, 25.0, 30.0, 2.0, 3.0, 4.0), strict=True)}
     theta |= {each.key: 3.0 for each in rows if each.name == "linear"}
-    theta |= {"dead:surge": 1.0, "limit:yaw_rate": 0.5, "reverse:heave": -0.3, "lag:sway": -1.0, "exponent:sway": 0.2}
+    theta |= {
+        "dead:surge": 1.0,
+        "limit:yaw_rate": 0.5,
+        "reverse:heave": -0.3,
+        "lag:sway": -1.0,
+        "exponent:sway": 0.2,
+        "spin:roll_rate": -1.2,
+    }
     windows = cut([log], structure, 0.0125, np.inf)
     fitted = fit(structure, theta, Problem(windows), rounds=0)
     known = {n: Interval(v, v, v, 0.0) for n, v in ((n, _own(n, v)) for n, v in fitted.theta.items())}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from incsvr.model.efforts import Stage, means
+from incsvr.model.efforts import Stage, means, root
 from incsvr.numerics import Array
 
 STAMPS = np.sort(np.random.default_rng(5).uniform(0.0, 10.0, 60))
@@ -56,6 +56,20 @@ def test_a_lag_follows_the_means_exactly() -> None:
         state = u + (state - u) * float(np.exp(-step / lag))
     found = means((STAMPS, VALUES), EDGES, "linear", Stage(shift=shift, lag=lag), 10.0)
     assert found == pytest.approx(np.array(expected), abs=1e-6)
+
+
+def test_rotors_that_lag_in_speed_push_with_its_square() -> None:
+    """Euler's method in small steps: T ṅ = √u − n, and the thrust n |n|, whose means lack the ripple within a step."""
+    lag, fine_steps = 0.4, 400
+    inputs = means((STAMPS, VALUES), EDGES, "hold", Stage(), 10.0)
+    speed, expected, small = float(root(inputs[:1])[0]), [], float(EDGES[1] - EDGES[0]) / fine_steps
+    for u in np.repeat(root(inputs), fine_steps).tolist():
+        expected.append(speed * abs(speed))
+        speed += small / lag * (u - speed)
+    found = means((STAMPS, VALUES), EDGES, "hold", Stage(spin=lag), 10.0)
+    assert found == pytest.approx(np.array(expected).reshape(-1, fine_steps).mean(axis=1), abs=0.02 * np.ptp(inputs))
+    assert np.ptp(found - means((STAMPS, VALUES), EDGES, "hold", Stage(lag=lag), 10.0)) > 0.1 * np.ptp(inputs)
+    assert means((STAMPS, VALUES), EDGES, "hold", Stage(spin=1e-9), 10.0) == pytest.approx(inputs, abs=1e-6)
 
 
 def test_static_stages_act_on_the_samples_in_their_order() -> None:

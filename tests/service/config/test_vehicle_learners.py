@@ -110,6 +110,12 @@ def test_a_file_without_actuators_is_refused(tmp_path: Path) -> None:
         (lambda file: file["mass_matrix"]["yaw,yaw"].update(unit="slug ft²"), "convert it to kg m²"),
         (lambda file: file.update(thrust_lag_s={"yaw": {"value": 0.1, "unit": "ms"}}), "convert it to s"),
         (lambda file: file.update(thrust={"yaw": {"dead_zone": {"value": -1.0}}}), r"thrust\.yaw\.dead_zone\.value"),
+        (
+            lambda file: file.update(
+                thrust_lag_s={"yaw": {"value": 0.1}}, thrust={"yaw": {"rotor_lag_s": {"value": 0.2}}}
+            ),
+            "yaw lags twice, by thrust_lag_s and by rotor_lag_s",
+        ),
         (lambda file: file.update(thrust={"yaw": {"exponent": {"value": 1.5}}}), "exponent and full_effort belong"),
         (lambda file: file.update(thrust={"yaw": {"limit": {"value": 2.0, "unit": "N"}}}), "convert it to N m"),
         (lambda file: file["terms"]["yaw"]["linear"].update(low=3.0, high=2.0), r"low \(3\) is above high \(2\)"),

@@ -36,10 +36,12 @@ STAGES = {"exponent": 1.4, "full_effort": 20.0, "dead_zone": 1.0, "limit": 15.0,
 
 @pytest.fixture
 def vehicle() -> Vehicle:
-    """A small ROV with every kind of term, lags, and an axis whose commands are bent, limited and late."""
+    """A small ROV with every kind of term, lags of thrust and of rotors, and an axis whose commands are bent, limited
+    and late."""
     whole = vehicle_with({**CROSS, **AHEAD, **OTHERS, **RESTORING}, {"surge": 0.3, "yaw": 0.15})
     of = {name: known(value) for name, value in STAGES.items()}
-    return replace(whole, thrust={"surge": of, "heave": {"delay_s": known(2 * STEP_S)}})
+    sway = {"rotor_lag_s": known(0.2)}
+    return replace(whole, thrust={"surge": of, "sway": sway, "heave": {"delay_s": known(2 * STEP_S)}})
 
 
 def run(space: dict[str, Any], step: Any, efforts: Array) -> Array:
@@ -73,7 +75,7 @@ def test_casadi_steps_alike(vehicle: Vehicle) -> None:
 
 def test_its_jacobians_are_slopes(vehicle: Vehicle) -> None:
     space = space_of(python_module(vehicle, casadi=True))
-    x = np.concatenate((np.linspace(0.3, 0.5, 6), [0.1, -0.05, 6.0, 1.0]))
+    x = np.concatenate((np.linspace(0.3, 0.5, 6), [0.1, -0.05, 6.0, 1.0, 3.0]))
     u, h = np.array([9.0, 12.0, -14.0, 0.6, -0.7, 1.5]), 1e-5
     by_x, by_u = space["jacobians"](x, u)
     for matrix, at in ((by_x, lambda e: (x + e, u)), (by_u, lambda e: (x, u + e))):

@@ -51,7 +51,7 @@ def test_a_long_plan_keeps_nobody_waiting(taught: Taught) -> None:
     askers = [threading.Thread(target=lambda: answers.append(asked(taught.bench, plan))) for _ in range(5)]
     for asker in askers:
         asker.start()
-    waits = []
+    waits = list[float]()
     while any(asker.is_alive() for asker in askers) or len(waits) < 3:
         began = time.monotonic()
         taught.bench.health()
