@@ -109,7 +109,7 @@ def _without_coriolis(mass: Mapping[Pair, Parameter], axes: tuple[str, ...]) -> 
     for row in (list(VELOCITIES).index(axis) for axis in axes):
         for k, (a, b) in enumerate(PAIRS):
             value = weights[0, row, k]
-            if value and {VELOCITIES[a], VELOCITIES[b]} <= set(axes):
+            if abs(value) > 1e-12 * np.abs(matrices[0]).max() and {VELOCITIES[a], VELOCITIES[b]} <= set(axes):
                 kind, of = (SQUARE, (VELOCITIES[a],)) if a == b else (PRODUCT, (VELOCITIES[a], VELOCITIES[b]))
                 ends = np.sort(weights[:, row, k]).tolist()
                 found[Term(names[row], kind, of)] = Parameter(float(value), ends[0], ends[-1])

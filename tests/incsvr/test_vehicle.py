@@ -18,10 +18,10 @@ from incsvr.model.simulation import predict
 from incsvr.model.structure import is_logarithm
 from incsvr.model.windows import cut
 from incsvr.numerics import Array, Streams
-from incsvr.plant.axes import EFFORTS, VELOCITIES
+from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES
 from incsvr.plant.terms import Term
 from incsvr.vehicle import Parameter, identify
-from incsvr.vehicle.of_fit import vehicle_of
+from incsvr.vehicle.of_fit import _without_coriolis, vehicle_of
 from incsvr.vehicle.runs import prepared
 from service.config.vehicle_file import read_vehicle, write_vehicle
 from service.export.formats import python_module
@@ -119,3 +119,14 @@ def test_the_python_export_passes_an_effort_through_all_stages_of_thrust() -> No
     assert callable(exported)
     assert exported(np.zeros(6), efforts, edges[1] - edges[0]) == pytest.approx(course, abs=0.02)
     assert np.abs(course - plain.free_run(log)[1])[:, 0].max() > 0.1
+
+
+def test_what_rounding_leaves_of_a_product_is_no_term() -> None:
+    diagonal = zip(AXES, (36.32, 4.693, 1011.0, 0.0017, 7.688, 8.182), strict=True)
+    entries = {(axis, axis): value for axis, value in diagonal}
+    entries |= {("surge", "heave"): 3.598, ("surge", "pitch"): 0.5909, ("heave", "pitch"): -1.429}
+    entries |= {("sway", "roll"): 0.0013, ("sway", "yaw"): 0.6835, ("roll", "yaw"): -7.5e-4}
+    known = {pair: Parameter(value, 0.9 * value, 1.1 * value) for pair, value in entries.items()}
+    found = _without_coriolis(known, VELOCITIES)
+    assert {"product", "square"} == {term.kind for term in found}
+    assert min(abs(each.value) for each in found.values()) > 1e-6
