@@ -227,14 +227,15 @@ def _refusals(axes: Sequence[str]) -> dict[str, str]:
 
 
 def _beside_lags(vehicle: Vehicle) -> list[str]:
-    """A sentence on each axis whose inertia only the form of a lag tells apart from that lag."""
-    lags = [(axis, "effort lags", lag) for axis, lag in vehicle.lags.items()]
-    lags += [(axis, "rotors lag", lag) for axis, lag in vehicle.rotor_lags.items()]
+    """A sentence on the axes whose inertias only the form of a lag tells apart from that lag."""
+    lags = [(axis, "effort", lag.value) for axis, lag in vehicle.lags.items()]
+    lags += [(axis, "rotors", lag.value) for axis, lag in vehicle.rotor_lags.items()]
+    late = [f"{axis} {what} {value:.2g} s" for axis, what, value in lags if value > 0.0]
+    if not late:
+        return []
     return [
-        f"the {axis} {late} by {lag.value:.2g} s, taken as first order: where its propellers lag otherwise the "
-        f"{axis} inertia is off by more than its interval; give the effort that their recorded speeds make"
-        for axis, late, lag in lags
-        if lag.value > 0.0
+        f"the lags ({', '.join(late)}) are taken as first order: where propellers lag otherwise, these inertias are "
+        "off by more than their intervals; give the efforts that the recorded speeds of the propellers make"
     ]
 
 
