@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.model import rows as catalogue
-from incsvr.model.candidates import CURVE, coupled_pairs, of_curve, without
+from incsvr.model.candidates import CURVE, SHAPES, coupled_pairs, of_curve, without
 from incsvr.model.efforts import WAYS
 from incsvr.model.fitting import Fit, Problem, fit
 from incsvr.model.left_out import gain, left_out
@@ -338,3 +338,14 @@ def crossed(found: Fit) -> Fit:
         return found
     theta = {**dict.fromkeys((row.key for row in rows), 0.0), **found.theta}
     return fit(found.structure.plus(rows=rows), theta, found.problem, found.starts)
+
+
+def reshaped(found: Fit) -> Fit:
+    """The model with each lag in its other shape: of the thrust, or of the rotors' speed."""
+    other = {kind: SHAPES[kind] for kind in ("lag", "spin")}
+    lags = {f"{kind}:{axis}": f"{other[kind]}:{axis}" for kind, axis in found.structure.stages if kind in other}
+    if not lags:
+        return found
+    stages = tuple((other.get(kind, kind), axis) for kind, axis in found.structure.stages)
+    theta = {lags.get(name, name): value for name, value in found.theta.items()}
+    return fit(replace(found.structure, stages=stages), theta, found.problem, found.starts)

@@ -168,8 +168,10 @@ def identify(
     begins("finding intervals")
     coarse = halved(model)
     others = [coarse] + ([found.found.fit] if best == "effects" or not found.found.added else [])
-    # Damping between axes passes for inertia where efforts are proportional, and recordings may not exclude it.
+    # Damping between axes passes for inertia where efforts are proportional, and recordings may not exclude it; no real
+    # lag has exactly one of the two shapes.
     known = covering(intervals(model, others), intervals(engine.crossed(model)))
+    known = covering(known, intervals(engine.reshaped(model)))
     vehicle = vehicle_of(name, model, known, declared, largest(runs, VELOCITIES))
     judged, course, by_itself = NO_ERRORS, None, dict[str, Errors]()
     if validate:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from incsvr.model.identification import reshaped
+from incsvr.model.intervals import intervals
 from incsvr.numerics import Array
 from incsvr.tracing.result import trace
 from incsvr.tracing.run import Run
+from incsvr.vehicle import identify
 
 INERTIA_KG_M2, TOP_NM, STEP_S, SMALL = 24.0, 18.0, 0.1, 10
 
@@ -36,3 +39,16 @@ def test_the_shape_of_a_lag_and_its_time_are_found(of_speed: bool, shape: str) -
     assert (found.effect, found.shape) == ("torque_lag", shape)
     low, high = found.interval["time_constant_s"]
     assert 0.65 < low < 0.7 < high < 0.75
+
+
+@pytest.mark.slow
+def test_an_inertia_beside_a_lag_holds_for_both_shapes() -> None:
+    run = driven(0.7, of_speed=True, seed=4)
+    found = identify([{"yaw_rate": (run.time, run.yaw_rate), "torque": (run.time, run.torque)}])
+    ((_, lag),) = found.vehicle.rotor_lags.items()
+    assert (lag.low, lag.high) == pytest.approx((0.7, 0.7), abs=0.03)
+    other = intervals(reshaped(found.fit))["mass:yaw_rate"]
+    inertia = found.vehicle.mass["yaw", "yaw"]
+    assert inertia.low <= min(other.low, INERTIA_KG_M2)
+    assert inertia.high >= max(other.high, INERTIA_KG_M2)
+    assert reshaped(reshaped(found.fit)).names == found.fit.names
