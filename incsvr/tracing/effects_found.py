@@ -15,7 +15,7 @@ from incsvr.model.identification import EFFECTS, PLAIN, Identification
 from incsvr.model.intervals import halved
 from incsvr.model.rows import Row
 from incsvr.model.search import Added, is_noise
-from incsvr.model.series import effort_of, period
+from incsvr.model.series import effort_of, period, values
 from incsvr.plant.axes import of_rate
 from incsvr.plant.words import AxisWords, words_of
 from incsvr.tracing.answering import Loop
@@ -71,6 +71,15 @@ class Traced:
     def sample(self) -> float:
         """The usual time between two samples of the velocity [s]."""
         return period(self.recordings.streams, self.recordings.axis)
+
+    @property
+    def band(self) -> float:
+        """The half width of a dead band from which it has a size [N], [N m]: 3 % of the largest effort, as of a thrust,
+        and two deviations of the noise of the effort, which a narrower band takes away."""
+        axis = self.recordings.axis
+        effort = effort_of(axis)
+        noise = (1.0 - self.found.reliability.get(axis, 1.0)) * np.var(values(self.recordings.streams, effort))
+        return max(0.03 * self.found.found.fit.problem.windows.largest(effort), 2.0 * math.sqrt(noise))
 
 
 def findings_of(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding]]:

@@ -64,6 +64,7 @@ def has_size(
     spans: Mapping[str, tuple[float, float]],
     inertia: float,
     period: float,
+    band: float,
     most: float = 10.0,
     least: float = 0.03,  # of the declared inertia or thrust, which nobody knows better
 ) -> bool:
@@ -72,12 +73,15 @@ def has_size(
     Args:
         inertia: declared.
         period: of the velocity's samples [s], within which no delay is known.
+        band: the half width that a dead band has at least [N], [N m].
         most: how far the ends of what is positive by nature may be apart, as a factor, to be a size.
         least: by how much an inertia or a thrust differs from the declared one at least, as a share.
     """
     name, (low, high) = next(iter(spans.items()))
     if name == "delay_s":
         return low > period or high < -period
+    if name == "half_width_nm":
+        return band < math.sqrt(low * high) and high < most * low  # the middle of its logarithms
     if name == "inertia_kg_m2":
         return high < (1.0 - least) * inertia or low > (1.0 + least) * inertia
     if name in ("reverse_efficiency", "exponent"):

@@ -135,11 +135,12 @@ def test_other_rows_and_stages_have_their_sign_and_unit() -> None:
         ({"moment_nm": (-0.1, 0.5)}, False), ({"moment_nm": (0.1, 0.5), "at_s": (-1.0, 1.0)}, True),
         ({"delay_s": (0.05, 0.3)}, False), ({"delay_s": (-0.4, -0.2)}, True), ({"exponent": (0.9, 1.1)}, False),
         ({"inertia_kg_m2": (25.0, 27.0)}, True), ({"time_constant_s": (0.01, 8.0)}, False),
-        ({"time_constant_s": (0.3, 0.5)}, True),
+        ({"time_constant_s": (0.3, 0.5)}, True), ({"half_width_nm": (0.5, 0.7)}, True),
+        ({"half_width_nm": (0.2, 0.45)}, False), ({"half_width_nm": (0.3, 4.0)}, False),
     ],
 )  # fmt: skip
 def test_a_name_needs_a_size(spans: dict[str, tuple[float, float]], known: bool) -> None:
-    assert has_size(spans, inertia=24.0, period=0.1) == known
+    assert has_size(spans, inertia=24.0, period=0.1, band=0.4) == known
 
 
 def test_ends_of_what_is_positive_by_nature_are_positive() -> None:
