@@ -83,7 +83,18 @@ def test_python_moves_as_the_effects_say(traced: Path) -> None:
     opposes(lambda r: -module["damping"](np.array([0, 0, 0, 0, 0, r]), np.zeros(6), (0.0, 0.0))[5], learned)
     push = np.array([0.0, 0.0, 0.0, 0.0, 0.0, -10.0])
     assert module["acceleration"](np.zeros(6), push, (0.0, 0.0))[5] == pytest.approx(-8.0 / INERTIA)
-    assert module["THRUST_LAG_S"] == {5: 0.3}
+    assert (module["THRUST_LAG_S"], module["ROTORS"]) == ({5: 0.3}, [])
+
+
+def test_a_lag_of_rotors_stays_one(traced: Path) -> None:
+    found = json.loads(traced.read_text())
+    found["effects"][0]["shape"] = "rotor speed"
+    traced.write_text(json.dumps(found))
+    module = dict[str, Any]()
+    exec(in_format(of_file(traced), "python")[0], module)
+    assert (module["THRUST_LAG_S"], module["ROTORS"]) == ({5: 0.3}, [5])
+    pushed = module["lagged"](np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 4.0], (40, 1)), 0.05)
+    assert pushed[:, 5] == pytest.approx(4.0)
 
 
 def test_tables_hold_figures_intervals_and_range(traced: Path, capsys: pytest.CaptureFixture[str]) -> None:
