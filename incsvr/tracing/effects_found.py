@@ -72,14 +72,16 @@ class Traced:
         """The usual time between two samples of the velocity [s]."""
         return period(self.recordings.streams, self.recordings.axis)
 
-    @property
-    def band(self) -> float:
-        """The half width of a dead band from which it has a size [N], [N m]: 3 % of the largest effort, as of a thrust,
-        and two deviations of the noise of the effort, which a narrower band takes away."""
+    def least_band(
+        self,
+        share: float = 0.03,  # of the largest effort, as of a thrust: narrower ones gain from slow drag that is inexact
+        deviations: float = 2.0,  # of the effort's noise: a narrower band takes that noise away
+    ) -> float:
+        """The half width from which a dead band has a size [N], [N m]."""
         axis = self.recordings.axis
         effort = effort_of(axis)
         noise = (1.0 - self.found.reliability.get(axis, 1.0)) * np.var(values(self.recordings.streams, effort))
-        return max(0.03 * self.found.found.fit.problem.windows.largest(effort), 2.0 * math.sqrt(noise))
+        return max(share * self.found.found.fit.problem.windows.largest(effort), deviations * math.sqrt(noise))
 
 
 def findings_of(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding]]:

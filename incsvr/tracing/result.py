@@ -166,7 +166,7 @@ def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
         lost = [
             (one, each)
             for one, each in pairs
-            if not has_size(each.interval, traced.inertia, traced.sample, traced.band)
+            if not has_size(each.interval, traced.inertia, traced.sample, traced.least_band())
         ]
         late = [(one, each) for one, each in pairs if each.effect in ("torque_lag", "torque_delay")]
         if len(late) == 2 and any(pair in lost for pair in late):  # beside each other either may lose its size
@@ -185,7 +185,7 @@ def _with_sizes(traced: Traced) -> tuple[Traced, list[RejectedEffect]]:
 def _settled(traced: Traced, free_inertia: bool) -> tuple[str, list[Finding], list[RejectedEffect]]:
     """The name of the best of our own simulators on excluded recordings, the effects that have a size, and the rest."""
     name, added = findings_of(traced, free_inertia)
-    effects = [each for each in added if has_size(each.interval, traced.inertia, traced.sample, traced.band)]
+    effects = [each for each in added if has_size(each.interval, traced.inertia, traced.sample, traced.least_band())]
     unsure = [RejectedEffect(each.effect, each.p_value, NO_SIZE, refused=True) for each in added if each not in effects]
     better = _better(traced, name)
     if effects and not traced.closed and not better:

@@ -168,10 +168,11 @@ def identify(
     begins("finding intervals")
     coarse = halved(model)
     others = [coarse] + ([found.found.fit] if best == "effects" or not found.found.added else [])
-    # Damping between axes passes for inertia where efforts are proportional, and recordings may not exclude it; no real
-    # lag has exactly one of the two shapes.
-    known = covering(intervals(model, others), intervals(engine.crossed(model)))
-    known = covering(known, intervals(engine.reshaped(model)))
+    known = intervals(model, others)
+    # Damping between axes passes for inertia where efforts are proportional, and recordings may not exclude it; real
+    # lags have neither shape exactly.
+    for rival in (engine.crossed(model), engine.reshaped(model)):
+        known = covering(known, intervals(rival))
     vehicle = vehicle_of(name, model, known, declared, largest(runs, VELOCITIES))
     judged, course, by_itself = NO_ERRORS, None, dict[str, Errors]()
     if validate:
@@ -230,9 +231,11 @@ def _refusals(axes: Sequence[str]) -> dict[str, str]:
 
 def _beside_lags(vehicle: Vehicle) -> list[str]:
     """A sentence on the axes whose inertias only the form of a lag tells apart from that lag."""
-    lags = [(axis, "effort", lag.value) for axis, lag in vehicle.lags.items()]
-    lags += [(axis, "rotors", lag.value) for axis, lag in vehicle.rotor_lags.items()]
-    late = [f"{axis} {what} {value:.2g} s" for axis, what, value in lags if value > 0.0]
+    late = [
+        f"{axis} {'rotors' if axis in vehicle.rotor_lags else 'effort'} {lag.value:.2g} s"
+        for axis, lag in vehicle.all_lags.items()
+        if lag.value > 0.0
+    ]
     if not late:
         return []
     return [

@@ -114,6 +114,11 @@ class Vehicle:
         kind = STAGES["spin"]
         return {axis: of[kind] for axis, of in self.thrust.items() if kind in of}
 
+    @property
+    def all_lags(self) -> dict[str, Parameter]:
+        """Time constants of the lags of thrust and of rotors' speeds [s] by axis, of which each has one at most."""
+        return {**self.lags, **self.rotor_lags}
+
     def equation(self) -> tuple[Structure, dict[str, float]]:
         """The model for the engine, without the static stages of its thrust, and its parameters' values by name."""
         rows = {each: row_of(each) for each in self.terms}
@@ -126,8 +131,11 @@ class Vehicle:
             if {*pair} <= {*self.axes}
         }
         delays = {AXES[axis].rate: of["delay_s"].value for axis, of in self.thrust.items() if "delay_s" in of}
-        lags = {("lag", AXES[axis].rate): lag.value for axis, lag in self.lags.items() if lag.value > 0.0}
-        lags |= {("spin", AXES[axis].rate): lag.value for axis, lag in self.rotor_lags.items() if lag.value > 0.0}
+        lags = {
+            ("spin" if axis in self.rotor_lags else "lag", AXES[axis].rate): lag.value
+            for axis, lag in self.all_lags.items()
+            if lag.value > 0.0
+        }
         structure = Structure(
             rates(self.axes), rates(self.driven), tuple(rows.values()), True,
             tuple((a, b) for a, star, b in (name.partition("*") for name in mass) if star),

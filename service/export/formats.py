@@ -154,7 +154,7 @@ def python_module(vehicle: Vehicle, casadi: bool = False) -> str:
         axes=repr(names),
         rows=vehicle.rows,
         mass=vehicle.mass_matrix.tolist(),
-        lags={names.index(axis): p.value for axis, p in {**vehicle.lags, **vehicle.rotor_lags}.items()},
+        lags={names.index(axis): p.value for axis, p in vehicle.all_lags.items()},
         rotors=[names.index(axis) for axis in vehicle.rotor_lags],
         fastest=vehicle.fastest.tolist(),
         decay=vehicle.decay,
@@ -193,7 +193,6 @@ def gazebo(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]
         raise BadInput(f"the vehicle's weight in water is more than that of {mass:.4g} kg; give more as --dry-mass")
     name = re.sub(r"\W+", "_", vehicle.name, flags=re.ASCII).strip("_")
     name = name if name not in ("", "world") else "vehicle"  # SDFormat keeps "world" for itself
-    lags = {**vehicle.lags, **vehicle.rotor_lags}.items()
     remarks = [
         *_remarks(vehicle, replace(body, mass=mass), elements, flu),
         *([guess] if guess else []),
@@ -203,7 +202,10 @@ def gazebo(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[str]
         "The added mass is in <fluid_added_mass> (SDFormat 1.10, gz-sim 8, the physics engine DART), with the Coriolis "
         "forces that follow from it. The plugin's own stays switched off: it takes explicit steps, and its Coriolis "
         "forces know the diagonal alone and, by its source, push the wrong way.",
-        *[f"Thrust lag of {axis}: {p.value:.4g} s; the Thruster plugin has none." for axis, p in lags],
+        *[
+            f"Thrust lag of {axis}: {p.value:.4g} s; the Thruster plugin has none."
+            for axis, p in vehicle.all_lags.items()
+        ],
     ]
     places = [(int(a), int(b)) for a, b in np.argwhere(np.triu(added))]
     sides = HULL * (lift / (STANDARD_GRAVITY * WATER * HULL.prod())) ** (1.0 / 3.0)
@@ -243,7 +245,7 @@ def stonefish(vehicle: Vehicle, body: RigidBody, flu: bool) -> tuple[str, list[s
     rotors = [
         f'<!-- into the <actuator> of each thruster of {axis} -->\n<rotor_dynamics type="first_order">\n'
         f'  <time_constant value="{p.value:.9g}"/>\n</rotor_dynamics>'
-        for axis, p in {**vehicle.lags, **vehicle.rotor_lags}.items()
+        for axis, p in vehicle.all_lags.items()
     ]
     return _filled("stonefish", remarks=_comment(remarks), body=elements, rotors=rotors), remarks
 
