@@ -239,8 +239,8 @@ def _beside_lags(vehicle: Vehicle) -> list[str]:
     if not late:
         return []
     return [
-        f"the lags ({', '.join(late)}) are taken as first order: where propellers lag otherwise, these inertias are "
-        "off by more than their intervals; give the efforts that the recorded speeds of the propellers make"
+        f"the lags ({', '.join(late)}) are taken as first order: where propellers lag otherwise, these inertias "
+        "may be off by more than their intervals; give the efforts that the recorded speeds of the propellers make"
     ]
 
 
